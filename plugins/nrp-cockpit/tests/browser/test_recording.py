@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from ipaddress import ip_address
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -67,7 +68,8 @@ def test_two_recordings_are_shown_beside_each_other(played: str, watched: Watche
 
 def test_with_host_and_port_others_may_connect_with_the_token(played: str, port: int, recording: Path):
     address = urlsplit(played)
-    assert (address.hostname, address.port) == ("127.0.0.1", port)
+    assert address.port == port
+    assert ip_address(str(address.hostname)), "one that others can reach, if this machine has one"
     other = address._replace(netloc=f"127.0.0.2:{port}")  # as from another machine: by another address
     with visit(other.geturl()) as visitor:
         visitor.subscribe("/cockpit/status")
