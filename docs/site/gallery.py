@@ -65,14 +65,14 @@ def _shipped() -> dict[str, str]:
 
 
 def _draw(name: str) -> None:
-    figure = ["run", name, "--plot", str(FIGURES / f"{name}.png")]
+    figure = ["run", name, "--overwrite", "--plot", str(FIGURES / f"{name}.png")]
     if name not in VIDEOS:
         _nrp(*figure)
         return
     with tempfile.TemporaryDirectory() as folder:
         recording = str(Path(folder, name))
         _nrp(*figure, "--record", recording)
-        _nrp("video", recording, *VIDEOS[name], "-o", str(FIGURES / f"{name}.mp4"))
+        _nrp("video", recording, *VIDEOS[name], "--overwrite", "-o", str(FIGURES / f"{name}.mp4"))
 
 
 def _nrp(*words: str) -> None:
