@@ -515,9 +515,8 @@ class ClosedLoop(Closing):
         """Add, replace and remove functions between two steps; if anything is wrong, change nothing.
 
         A function replaces the function of the same name: variables keep their values, devices keep their
-            state
-        and their random streams. A function in quarantine runs again once it is replaced. Any thread may
-        call this.
+        state and their random streams. A function in quarantine runs again once it is replaced. Any thread
+        may call this.
 
         Args:
             add: functions to add.

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from golden import Golden
+from nrp_world_mujoco.announced_sizes import check_sizes
 from nrp_world_mujoco.mjcf import read_mjcf
 
 from nrp_core.archives import unpack
@@ -26,6 +27,15 @@ MJCF = {
     ),
     "replicate": "<worldbody>" + "<replicate count='1000'>" * 3 + "</replicate>" * 3 + "</worldbody>",
 }
+
+
+def test_a_cube_has_six_squares_unless_its_file_says_otherwise(tmp_path: Path) -> None:
+    texture = "<mujoco><asset><texture name='t' type='cube' builtin='flat' width='{}'/></asset></mujoco>"
+    (tmp_path / "robot.xml").write_text(texture.format(4000))
+    with pytest.raises(SceneError, match="<texture>"):
+        check_sizes(tmp_path / "robot.xml")
+    (tmp_path / "robot.xml").write_text(texture.format(512))
+    check_sizes(tmp_path / "robot.xml")
 
 
 @pytest.mark.parametrize("element", MJCF)

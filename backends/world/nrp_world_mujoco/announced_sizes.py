@@ -57,8 +57,8 @@ def _announced(element: Element, copies: float) -> tuple[float, float]:
         case "hfield":
             return _number(element, "nrow") * _number(element, "ncol"), MAX_SAMPLES
         case "texture":
-            side = _number(element, "width")
-            return side * max(_number(element, "height"), 6.0), MAX_SAMPLES
+            width = _number(element, "width")  # a cube without a height has six squares
+            return width * (_number(element, "height") or 6 * width), MAX_SAMPLES
         case "flexcomp" | "composite":
             return copies * prod(_numbers(element, "count") or [0.0]), MAX_POINTS
         case "replicate":
