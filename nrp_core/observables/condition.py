@@ -15,7 +15,7 @@ from nrp_core.errors import ExperimentError
 from nrp_core.observables.observable import Observable
 from nrp_core.units import NUMBER, factor
 
-_QUANTITY = re.compile(rf"\s*({NUMBER})\s*(\S*)\s*\Z")
+_QUANTITY = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*\Z")
 
 
 def value_in(written: Any, unit: str) -> float:

@@ -67,6 +67,9 @@ def test_every_part_acts_in_a_run(recorded: tuple[Path, Result]) -> None:
     assert nose["response"].iloc[-1] < nose["response"].iloc[0]  # the receptor has adapted
     assert thrust["data"].max() > 1.0  # of the device, by a rule, onto the drive
     assert result.final_pose["cart"]["x"] > 0.1
+    momentum = recording.frame("/observables/momentum")["data"]
+    assert momentum.max() > 0.01
+    assert result.criteria["gathers_way"].passed
 
 
 def test_the_run_is_the_same_on_the_other_engine() -> None:
