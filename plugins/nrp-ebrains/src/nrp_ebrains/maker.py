@@ -12,7 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from nrp_legacy.live.built import to_built_brain
+from nrp_pynest.built import to_built_brain
 
 from nrp_core.brain import Network
 from nrp_core.dsl import Listing, TransferFunction

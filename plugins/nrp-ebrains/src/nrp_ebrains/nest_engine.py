@@ -8,10 +8,10 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from nrp_legacy.brains import NotedNetwork, connect_nest
-from nrp_legacy.live.built import BuiltBrain
-from nrp_legacy.nest.api import nest_module
-from nrp_legacy.nest.network import network_of
-from nrp_legacy.nest.running import RunningKernel
+from nrp_pynest.api import nest_module
+from nrp_pynest.built import BuiltBrain
+from nrp_pynest.network import network_of
+from nrp_pynest.running import RunningKernel
 
 from nrp_core.brain import Network
 from nrp_core.errors import ExperimentError, NetworkError, did_you_mean

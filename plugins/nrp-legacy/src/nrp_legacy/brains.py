@@ -13,6 +13,13 @@ from types import MappingProxyType, ModuleType
 from typing import Any, NoReturn
 
 import numpy as np
+from nrp_pynest.api import nest_module
+from nrp_pynest.built import BuiltBrain
+from nrp_pynest.joining import join
+from nrp_pynest.kernel import Kernel
+from nrp_pynest.models import CELLS, SPIKE_RECORDERS, PyNNCells, valid_recovery_ms
+from nrp_pynest.network import Conversion, network_of
+from nrp_pynest.running import RunningKernel
 from pyNN.standardmodels.cells import EIF_cond_alpha_isfa_ista
 
 from nrp_core.brain import (
@@ -39,14 +46,7 @@ from nrp_core.xml import Element
 from nrp_legacy.code import Notes, Source, compiled_file, defined, ignore_note, without_deprecation_warnings
 from nrp_legacy.documents import attribute, children, local, number
 from nrp_legacy.files import Library
-from nrp_legacy.live.built import BuiltBrain
 from nrp_legacy.live.contents import Contents
-from nrp_legacy.nest.api import nest_module
-from nrp_legacy.nest.joining import join
-from nrp_legacy.nest.kernel import Kernel
-from nrp_legacy.nest.models import CELLS, SPIKE_RECORDERS, PyNNCells, valid_recovery_ms
-from nrp_legacy.nest.network import Conversion, network_of
-from nrp_legacy.nest.running import RunningKernel
 from nrp_legacy.pynn07 import add_spellings
 from nrp_legacy.shims.graph import ClientLogger, Graph, log_modules
 from nrp_legacy.shims.libraries import futurized_modules, old_libraries

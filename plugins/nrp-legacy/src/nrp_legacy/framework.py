@@ -17,6 +17,8 @@ from typing import Any, ClassVar, Literal
 from weakref import WeakSet
 
 import numpy as np
+from nrp_pynest.built import to_built_brain
+from nrp_pynest.models import valid_recovery_ms
 
 from nrp_core import dsl
 from nrp_core.brain import Brain as RunningBrain
@@ -41,9 +43,7 @@ from nrp_core.dsl import (
 from nrp_core.dsl import brain as any_brain
 from nrp_core.findings import Code
 from nrp_legacy.code import Notes
-from nrp_legacy.live.built import to_built_brain
 from nrp_legacy.live.cells import Cells
-from nrp_legacy.nest.models import valid_recovery_ms
 from nrp_legacy.shims.graph import absolute, log
 from nrp_legacy.shims.modules import OpenMessage, as_in_ros1, module, with_numbers
 

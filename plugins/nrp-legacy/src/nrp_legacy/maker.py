@@ -13,6 +13,8 @@ from os.path import relpath
 from pathlib import Path
 from types import MappingProxyType
 
+from nrp_pynest.built import to_built_brain
+
 from nrp_core.brain import Network
 from nrp_core.dsl import Flow, Listing, PythonSource, TransferFunction, message_type
 from nrp_core.errors import NrpError
@@ -27,7 +29,6 @@ from nrp_legacy.code import ignore_note
 from nrp_legacy.documents import Bibi
 from nrp_legacy.files import EMPTY_ROOM, Library
 from nrp_legacy.functions import code_of, load, sources_of
-from nrp_legacy.live.built import to_built_brain
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.python2_builtins import quotient
 from nrp_legacy.robot_watch import RobotWatch

@@ -8,6 +8,10 @@ from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Any
 
+from nrp_pynest.api import nest_module
+from nrp_pynest.built import BuiltBrain
+from nrp_pynest.kernel import Kernel
+
 from nrp_core.brain import Network
 from nrp_core.dsl import file_names, file_scope
 from nrp_core.findings import Code
@@ -17,9 +21,6 @@ from nrp_legacy import python2
 from nrp_legacy.code import Notes, compiled_file
 from nrp_legacy.files import Library
 from nrp_legacy.framework import BrainRoot, framework, topic
-from nrp_legacy.live.built import BuiltBrain
-from nrp_legacy.nest.api import nest_module
-from nrp_legacy.nest.kernel import Kernel
 from nrp_legacy.shims.actions import action_modules
 from nrp_legacy.shims.graph import ClientLogger, Graph, log, log_modules
 from nrp_legacy.shims.libraries import futurized_modules, old_libraries

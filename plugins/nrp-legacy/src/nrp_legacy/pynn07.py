@@ -7,13 +7,13 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+from nrp_pynest.kernel import Kernel
+from nrp_pynest.models import valid_recovery_ms
+from nrp_pynest.native import native_cell, native_synapse, synapse_model_of
 
 from nrp_core.brain import FloatArray
 from nrp_core.network.pynn import pynn07_compat
 from nrp_core.network.pynn.pynn07_compat import by_name
-from nrp_legacy.nest.kernel import Kernel
-from nrp_legacy.nest.models import valid_recovery_ms
-from nrp_legacy.nest.native import native_cell, native_synapse, synapse_model_of
 
 _RECORDED = {"record_v": "v", "record_gsyn": ["gsyn_exc", "gsyn_inh"]}
 _NOTHING_YET = {"getSpikes": 2, "get_v": 3, "get_gsyn": 4}

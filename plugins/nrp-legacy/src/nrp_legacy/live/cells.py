@@ -6,11 +6,11 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
+from nrp_pynest.built import BuiltBrain
 
 from nrp_core.brain import FloatArray, IntArray
 from nrp_core.dsl import Selection, Selector
 from nrp_core.errors import NetworkError, did_you_mean
-from nrp_legacy.live.built import BuiltBrain
 
 State = tuple[str, FloatArray, FloatArray]
 """A variable, times (ms), and values of shape ``(n, n_cells)``."""

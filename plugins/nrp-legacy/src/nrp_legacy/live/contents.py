@@ -8,13 +8,13 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+from nrp_pynest.built import BuiltBrain
 from pyNN.common import Assembly, BasePopulation, IDMixin
 from pyNN.common import Projection as AnyProjection
 
 from nrp_core.brain import IntArray, Projection
 from nrp_core.errors import CapabilityError
 from nrp_core.network.pynn.populations import ids_of
-from nrp_legacy.live.built import BuiltBrain
 from nrp_legacy.live.cells import Cells
 
 

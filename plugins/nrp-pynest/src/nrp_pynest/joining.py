@@ -11,9 +11,9 @@ import numpy as np
 from nrp_core.brain import IntArray
 from nrp_core.errors import NetworkError
 from nrp_core.network.synapses import STDP, TSODYKS_MARKRAM
-from nrp_legacy.nest.kernel import Block, Group, Kernel
-from nrp_legacy.nest.models import CELLS, CURRENT, POISSON, SPIKE_RECORDERS, SPIKES, scale_of
-from nrp_legacy.nest.network import (
+from nrp_pynest.kernel import Block, Group, Kernel
+from nrp_pynest.models import CELLS, CURRENT, POISSON, SPIKE_RECORDERS, SPIKES, scale_of
+from nrp_pynest.network import (
     by_ends,
     by_receptor,
     cells_from,

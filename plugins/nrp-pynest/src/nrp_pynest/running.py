@@ -15,11 +15,11 @@ from nrp_core.errors import NetworkError
 from nrp_core.experiment import Run
 from nrp_core.network.nest_models import LEAK_NS
 from nrp_core.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
-from nrp_legacy.live.built import BuiltBrain
-from nrp_legacy.nest.joining import Joined
-from nrp_legacy.nest.kernel import Block, Group, Kernel
-from nrp_legacy.nest.models import CELLS, NEST_OF, POISSON, SPIKE_RECORDERS, SPIKES, SynapseModel
-from nrp_legacy.nest.network import Conversion
+from nrp_pynest.built import BuiltBrain
+from nrp_pynest.joining import Joined
+from nrp_pynest.kernel import Block, Group, Kernel
+from nrp_pynest.models import CELLS, NEST_OF, POISSON, SPIKE_RECORDERS, SPIKES, SynapseModel
+from nrp_pynest.network import Conversion
 
 _SYNAPSES = {STATIC: "static_synapse", TSODYKS_MARKRAM: "tsodyks_synapse", STDP: "stdp_synapse"}
 _TSODYKS = {"tau_facil": "tau_fac"}

@@ -14,7 +14,7 @@ from nrp_core.brain import FloatArray, IntArray
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.findings import Code, Findings
 from nrp_core.seeds import Seeds
-from nrp_legacy.nest.models import (
+from nrp_pynest.models import (
     CELLS,
     CURRENT,
     GENERATORS,
@@ -250,7 +250,7 @@ class Kernel:
         self.copies: dict[str, tuple[str, dict[str, Any]]] = {}
         self._synapses: dict[str, SynapseModel] = dict(SYNAPSES)
 
-    # -- with a running brain, see :mod:`nrp_legacy.nest.running`
+    # -- with a running brain, see :mod:`nrp_pynest.running`
 
     def ready(self) -> None:
         """Prepare for a call."""

@@ -12,8 +12,8 @@ from pyNN.parameters import LazyArray
 from nrp_core.errors import CapabilityError, did_you_mean
 from nrp_core.network.nest_models import LEAK_NS
 from nrp_core.network.synapses import STDP, TSODYKS_MARKRAM
-from nrp_legacy.nest.kernel import Kernel
-from nrp_legacy.nest.models import CELLS, PARROT, defaults_of
+from nrp_pynest.kernel import Kernel
+from nrp_pynest.models import CELLS, PARROT, defaults_of
 
 _LAWS = (("TsodyksMarkramSynapse", "tsodyks_synapse"), ("STDPMechanism", "stdp_synapse"))
 

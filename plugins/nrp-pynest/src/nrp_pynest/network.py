@@ -18,8 +18,8 @@ from nrp_core.network.nest_models import LEAK_NS, NestParameter
 from nrp_core.network.picking import CIRCUIT
 from nrp_core.network.pynn.export import unique
 from nrp_core.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
-from nrp_legacy.nest.kernel import Block, Group, Kernel, Node, Nodes
-from nrp_legacy.nest.models import CELLS, CURRENT, POISSON, SPIKES, initial_mv, valid_recovery_ms
+from nrp_pynest.kernel import Block, Group, Kernel, Node, Nodes
+from nrp_pynest.models import CELLS, CURRENT, POISSON, SPIKES, initial_mv, valid_recovery_ms
 
 PLAIN: Final = {"iaf_psc_exp_multisynapse": "iaf_psc_exp", "iaf_psc_alpha_multisynapse": "iaf_psc_alpha"}
 """The models with several receptors, and those with two that are otherwise equal."""

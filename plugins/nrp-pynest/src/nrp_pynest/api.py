@@ -13,11 +13,9 @@ import numpy as np
 from nrp_core.brain import IntArray
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.findings import Code
-from nrp_legacy.live.cells import Cells
-from nrp_legacy.nest.kernel import Block, Kernel, Node, Nodes, exponential, lognormal, normal, uniform
-from nrp_legacy.nest.models import CELLS, GENERATORS, RECORDERS, SYNAPSES
-from nrp_legacy.nest.native import ProjectionModel
-from nrp_legacy.shims.modules import module
+from nrp_pynest.kernel import Block, Kernel, Node, Nodes, exponential, lognormal, normal, uniform
+from nrp_pynest.models import CELLS, GENERATORS, RECORDERS, SYNAPSES
+from nrp_pynest.native import ProjectionModel
 
 RULES = (
     "all_to_all", "one_to_one", "fixed_indegree", "fixed_outdegree", "fixed_total_number",
@@ -125,9 +123,9 @@ def nest_module(made: Kernel) -> ModuleType:
         name: _once_ready(made, getattr(api, name)) for name in vars(_Interface) if not name.startswith("_")
     }
     quiet = dict.fromkeys(_QUIET, _nothing)
-    random = module("nest.random", uniform=uniform, normal=normal, lognormal=lognormal,
-                    exponential=exponential)  # fmt: skip
-    here = module("nest", **functions, **quiet, random=random, sli_func=_sli_func, __version__="2.18.0")
+    random, here = ModuleType("nest.random"), ModuleType("nest")
+    vars(random).update(uniform=uniform, normal=normal, lognormal=lognormal, exponential=exponential)
+    vars(here).update(**functions, **quiet, random=random, sli_func=_sli_func, __version__="2.18.0")
     vars(here).update(ll_api=here, hl_api=here, NodeCollection=lambda nodes: Nodes.of(made, nodes))
     vars(here)["__getattr__"] = _unknown(tuple(vars(here)))
     return here
@@ -330,11 +328,16 @@ def _several(nodes: Any) -> Any:
         return [Node(nodes)]
     if isinstance(nodes, Synapse):
         return [nodes]
-    if isinstance(nodes, Cells):
+    if _are_cells(nodes):
         return nodes.nodes()
-    if isinstance(nodes, (list, tuple)) and any(isinstance(one, Cells) for one in nodes):
+    if isinstance(nodes, (list, tuple)) and any(map(_are_cells, nodes)):
         return [node for one in nodes for node in _several(one)]
     return nodes
+
+
+def _are_cells(value: Any) -> bool:
+    """Return whether a value is cells of a running brain, which know their nodes."""
+    return hasattr(type(value), "nodes")  # not of the value, which has every attribute
 
 
 def _are_synapses(items: Any) -> bool:
