@@ -1,7 +1,8 @@
 """``python -m nrp_core.pynn [OPTIONS] SCRIPT [ARGUMENTS]`` runs a script written for another simulator.
 
 By default the script asks for its simulator by name, and finds ``pyNN.nrp``, as PyNN's own examples do; or it
-imports a simulator of PyNN, such as ``pyNN.nest``: then this one takes its place, and a note says so.
+imports a simulator of PyNN, such as ``pyNN.nest``: then this one takes its place and its time step, and a
+note says so.
 ``--backend NAME`` and ``--option NAME=VALUE`` choose the brain backend, whatever the script's ``setup`` has.
 With ``--as NAME`` an installed :mod:`runner <nrp_core.pynn.runners>` runs it.
 """
@@ -88,14 +89,16 @@ def _run(script: Path, backend: str | None, options: Mapping[str, str]) -> None:
     reading = reading_of(script)
     sim.state.warn(reading.remarks(script))
     scope = scope_of(
-        sim, modules={**asking, **reading.modules}, dialect=_NotAsked(sim), replaced=_warn,
-        compiled=reading.compiled,
+        sim, modules={**asking, **reading.modules}, dialect=_NotAsked(sim),
+        replaced=sim.state.replaced.names.append, compiled=reading.compiled,
     )  # fmt: skip
     try:
         with reading.running():
             scope.run(script, name="__main__")
     except (NrpError, SyntaxError) as error:
         raise scope.located(error, NetworkError, script) from error
+    finally:
+        sim.state.replaced.report()
 
 
 def _setup(begin: Callable[..., int], backend: str | None, options: Mapping[str, str]) -> Callable[..., int]:
@@ -109,10 +112,6 @@ def _setup(begin: Callable[..., int], backend: str | None, options: Mapping[str,
         return begin(*arguments, **given)
 
     return setup
-
-
-def _warn(simulator: str) -> None:
-    print(f"note: {simulator} is nrp_core.pynn here, which runs the network in nrp-core", file=sys.stderr)
 
 
 if __name__ == "__main__":

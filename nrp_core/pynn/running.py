@@ -28,6 +28,7 @@ from nrp_core.network.pynn.populations import SPIKE_TIMES, ids_of, parts_of
 from nrp_core.network.pynn.simulator import State
 from nrp_core.network.synapses import PLASTIC
 from nrp_core.pynn.currents import Current, Currents, Waveform
+from nrp_core.pynn.grid_simulators import ReplacedSimulators
 from nrp_core.seeds import Seeds, require_seed
 
 DEFAULT_BACKEND = "event"
@@ -96,18 +97,22 @@ class RunningState(State):
 
     Attributes:
         brain: the running brain, or None.
+        replaced: the simulators whose place this one takes.
     """
 
     brain: Brain | None = None
 
     def __init__(self) -> None:
+        self.replaced = ReplacedSimulators()
         self._currents: list[Current] = []
         self._driven: list[Currents] = []
         self._changed = self._is_outgrown = False
         super().__init__(Seeds(0).child("network"))
         self.use(DEFAULT_BACKEND, {}, 0)
 
-    def use(self, backend: str, options: Mapping[str, Any], seed: int, *, follows: bool = False) -> None:
+    def use(
+        self, backend: str, options: Mapping[str, Any], seed: int, *, follows: bool = False, **extra: Any
+    ) -> None:
         """Choose where the network runs.
 
         Args:
@@ -115,7 +120,9 @@ class RunningState(State):
             options: its options.
             seed: seed of all random numbers that the script does not seed itself.
             follows: whether a backend's own time step, unless it is among the options, is that of the script.
+            extra: arguments of ``setup`` that other simulators take.
         """
+        self._setup = extra
         self._backend, self._options, self._seed, self._follows = backend, dict(options), seed, follows
         self._reported, self._warned = Findings(), set[str]()
         self._seeds = Seeds(seed).child("network")
@@ -301,10 +308,13 @@ class RunningState(State):
         network, own = network_of(self), {}
         on_grid = any(population.equations is not None for population in network.populations.values())
         on_grid |= any(projection.is_continuous for projection in network.projections)
-        if on_grid and "resolution" in backend.options.model_fields:
-            own = {"resolution": f"{self.dt!r} ms"}
+        if "resolution" in backend.options.model_fields:
+            own = self.replaced.resolution(network, self.dt, self._setup, self._options)
+            if on_grid:
+                own = {"resolution": f"{self.dt!r} ms"}
         if self._follows and "timestep" in backend.options.model_fields:
             own["timestep"] = f"{self.dt!r} ms"
+            self.replaced.report(f"in steps of {self.dt:g} ms")
         try:
             options = backend.options.model_validate({**own, **self._options})
         except ValidationError as error:
@@ -396,7 +406,7 @@ def control(api: ModuleType, state: RunningState) -> Mapping[str, Any]:
         )
         require_seed(seed)
         brains().provider(backend)
-        state.use(backend, options or {}, seed, follows=timestep is not None)
+        state.use(backend, options or {}, seed, follows=timestep is not None, **extra)
         return rank
 
     def end(**_: Any) -> None:

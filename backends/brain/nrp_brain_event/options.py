@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Final, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from nrp_brain_event.grid.equations import settling
 from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
@@ -36,7 +36,8 @@ class EventOptions(BrainOptions):
     resolution: DurationNs | None = Field(
         default=None,
         description="a time grid, e.g. `0.1 ms`, on which all spikes lie; many times faster for dense "
-        "networks; by default spike times are exact",
+        "networks; by default spike times are exact, which `exact` asks for in the place of a simulator of "
+        "PyNN that has a grid",
     )
     poisson: Literal["core", "grid"] = Field(
         default="core",
@@ -56,6 +57,11 @@ class EventOptions(BrainOptions):
         description="number of threads for the neurons on the grid, with the same result to the last bit: "
         "for many thousands of neurons, delays of 1 ms or more, and free cores",
     )
+
+    @field_validator("resolution", mode="before")
+    @classmethod
+    def _exact_is_none(cls, value: object) -> object:
+        return None if value == "exact" else value
 
     @model_validator(mode="after")
     def _check_grid(self) -> Self:

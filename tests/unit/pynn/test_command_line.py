@@ -2,6 +2,8 @@
 
 import sys
 from collections.abc import Callable
+from contextlib import redirect_stderr
+from io import StringIO
 from pathlib import Path
 
 import pytest
@@ -47,6 +49,34 @@ def test_options_of_the_command_line_replace_those_of_the_script(run: Run) -> No
     script = SCRIPT.format(options={"resolution": "0.5 ms"})
     assert float(run(script)) == 14.0
     assert float(run(script, "--option", "resolution=0.1ms")) == pytest.approx(13.9)
+
+
+@pytest.mark.parametrize(
+    ("simulator", "cell", "setup", "spike_ms", "how"),
+    [
+        ("nest", "IF_cond_exp", "timestep=1.0", 14.0, "in steps of 1 ms, as pyNN.nest does"),
+        ("nest", "IF_curr_exp", "timestep=1.0", 13.8629436, "with exact spike times, as pyNN.nest has them"),
+        ("nest", "IF_curr_exp", "timestep=1.0, spike_precision='on_grid'", 14.0, "in steps of 1 ms"),
+        ("brian2", "IF_curr_exp", "timestep=0.5", 14.0, "in steps of 0.5 ms, as pyNN.brian2 does"),
+        ("neuron", "IF_curr_exp", "use_cvode=True", 13.8629436, "with exact spike times, as pyNN.neuron has"),
+        ("neuron", "IF_curr_exp", "timestep=2.0", 13.8629436, "pyNN.neuron has steps of 2 ms"),
+        ("nest", "IF_cond_exp", "options={'tolerance': 1e-8}", 13.8629436, "with the chosen options"),
+    ],
+)
+def test_a_script_has_the_steps_of_the_simulator_that_it_imports(
+    run: Run, simulator: str, cell: str, setup: str, spike_ms: float, how: str
+) -> None:
+    script = SCRIPT.replace("nest", simulator).replace("IF_curr_exp", cell)
+    script = script.replace("timestep=0.1, options={options}", setup)
+    with redirect_stderr(StringIO()) as printed:
+        assert float(run(script)) == pytest.approx(spike_ms)
+    assert printed.getvalue().count(how) == 1
+    assert float(run(script, "--option", "resolution=exact")) == pytest.approx(13.8629436)
+
+
+def test_a_script_that_imports_this_simulator_has_exact_times(run: Run) -> None:
+    script = SCRIPT.replace("pyNN.nest", "nrp_core.pynn").replace("0.1, options={options}", "1.0")
+    assert float(run(script)) == pytest.approx(13.8629436)
 
 
 @pytest.mark.parametrize(
