@@ -41,7 +41,7 @@ def test_every_decorator_that_connects_is_found() -> None:
     }
 
 
-def test_what_is_not_python_has_no_connections() -> None:
+def test_text_that_is_not_python_has_no_connections() -> None:
     assert connections("def (") == []
     assert connections("\0") == []
 

@@ -73,7 +73,7 @@ def test_a_misspelt_name_is_reported_with_the_one_that_was_meant(functions: Path
         ("open('no such file.txt')", Code.NRP240, Level.ERROR),
     ],
 )
-def test_the_fault_of_the_dry_run_is_told_from_that_of_the_function(
+def test_faults_of_the_dry_run_and_of_the_function_are_distinguished(
     functions: Path, body: str, code: Code | None, level: Level | None, golden: Golden
 ) -> None:
     found = check(functions, about(body))
@@ -100,7 +100,7 @@ def test_a_function_that_waits_for_a_message_is_not_checked(functions: Path, gol
     golden(found.message)
 
 
-def test_what_functions_print_and_a_spike_that_wakes_them_cause_no_finding(functions: Path) -> None:
+def test_functions_that_print_or_are_triggered_by_spikes_cause_no_finding(functions: Path) -> None:
     text = """\
 @nrp.MapSpikeSink("spikes", nrp.brain.actors[0], nrp.spike_recorder)
 @nrp.Neuron2Robot(Topic("/husky/cmd_vel", geometry_msgs.msg.Twist), triggers="spikes")

@@ -50,7 +50,9 @@ def robot(more: str) -> str:
         (HALL, "</world>", SPOT % 1.4, ""),
     ],
 )  # fmt: skip
-def test_rooms_and_sensors_are_doubted(slalom: Slalom, file: str, old: str, new: str, words: str) -> None:
+def test_mistakes_in_rooms_and_sensors_are_reported(
+    slalom: Slalom, file: str, old: str, new: str, words: str
+) -> None:
     found = [one.message for one in slalom(file, old, new) if one.level is not Level.NOTE]
     assert [words in one for one in found] == [True] * bool(words), found
 
@@ -77,7 +79,7 @@ CRITERION = "criteria.reaches_left.within_of"
         (["criteria.turns_on_the_spot.stays_within.during={since: 1 s, until: 1.019 s}"], "", Level.WARNING),
     ],
 )  # fmt: skip
-def test_times_and_names_of_an_experiment_are_doubted(
+def test_mistakes_in_times_and_names_of_an_experiment_are_reported(
     husky: Path, settings: list[str], words: str, level: Level
 ) -> None:
     known = {one.message for one in validate_file(husky / "experiment.yaml")}

@@ -86,7 +86,9 @@ def of_functions(husky: Path, body: str = "pass", **changes: str) -> list[str]:
         ("world.robots.husky.joints={front_left_joint: 1 m}", "takes angles, not '1 m' [NRP209]"),
     ],
 )
-def test_what_an_experiment_asks_in_vain_is_reported(husky: Path, override: str, words: str) -> None:
+def test_settings_of_an_experiment_without_effect_are_reported(
+    husky: Path, override: str, words: str
+) -> None:
     assert any(words in message for message in said(husky, override))
 
 
@@ -113,7 +115,7 @@ def test_what_an_experiment_asks_in_vain_is_reported(husky: Path, override: str,
         "world.robots.husky.add_sensors=[{type: imu, link: base_link, pose: [0, 0, 0, 0, 30 deg, 0]}]",
     ],
 )
-def test_what_an_experiment_may_ask_is_not_reported(husky: Path, override: str) -> None:
+def test_settings_of_an_experiment_with_effect_are_not_reported(husky: Path, override: str) -> None:
     assert said(husky, override) == []
 
 
@@ -134,7 +136,7 @@ def test_what_an_experiment_may_ask_is_not_reported(husky: Path, override: str) 
         f"if t > 1:\n        {SEND}\n        return\n    {SEND}",
     ],
 )
-def test_what_stays_in_the_body_is_not_reported(husky: Path, body: str) -> None:
+def test_values_used_within_a_function_are_not_reported(husky: Path, body: str) -> None:
     assert of_functions(husky, body) == []
 
 
@@ -193,7 +195,7 @@ def test_a_room_that_is_the_robot_is_refused_with_both_names(husky: Path) -> Non
     assert "; is 'scene' the file of a robot? [NRP209]" in message
 
 
-def test_a_run_reports_what_devices_and_parameters_ask_in_vain(husky: Path) -> None:
+def test_a_run_reports_devices_and_parameters_without_effect(husky: Path) -> None:
     (husky / "mine.py").write_text(
         "@nrp.MapSpikeSource('red', nrp.brain.sensors[0, 0], nrp.poisson)\n"
         "@nrp.Robot2Neuron()\ndef see(t, red):\n    red.rate = 1.0\n"

@@ -68,7 +68,7 @@ ROOM = Scene((
         (BOX, SPLIT, SCAN, -0.3, (1.0, 0.1)),
     ],
 )  # fmt: skip
-def test_what_covers_a_sensor_is_found_with_its_distance(
+def test_a_shape_that_covers_a_sensor_is_found_with_its_distance(
     tmp_path: Path, geometry: str, part: str, sensor: str, x: float, own: tuple[float, float]
 ) -> None:
     write(tmp_path / "shell.obj", FACES)

@@ -59,7 +59,7 @@ ROOM = '<sdf version="1.9"><world name="room"/></sdf>'
         ("pendulum.sdf", BALL, []),
     ],
 )
-def test_what_inspect_prints_is_valid_and_every_joint_of_the_robot_takes_commands(
+def test_the_output_of_inspect_is_valid_and_every_joint_takes_commands(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,

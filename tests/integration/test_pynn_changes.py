@@ -193,7 +193,7 @@ print(__name__, sum(cells.get_spike_counts().values()) > 0)
         ("pyNN.spiNNaker", "", "script.py:1: imports 'pyNN.spiNNaker', so it is run with `--as spinnaker`"),
     ],
 )
-def test_a_script_of_another_simulator_runs_and_is_told_so_once(
+def test_a_script_of_another_simulator_runs_with_one_note(
     simulator: str, output: str, told: str, warm: Path, tmp_path: Path
 ) -> None:
     script = tmp_path / "script.py"

@@ -31,13 +31,13 @@ def told(sim: Any, caplog: pytest.LogCaptureFixture) -> list[str]:
     return [one.getMessage() for one in caplog.records if one.name.startswith("nrp_core.pynn")]
 
 
-def test_a_script_without_doubt_is_told_nothing(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_correct_script_causes_no_warning(caplog: pytest.LogCaptureFixture) -> None:
     sim, cells = network()
     sim.DCSource(amplitude=0.5, start=0.2).inject_into(cells)
     assert told(sim, caplog) == []
 
 
-def test_a_label_that_is_used_twice_is_told_once(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_label_that_is_used_twice_is_reported_once(caplog: pytest.LogCaptureFixture) -> None:
     sim, _ = network()
     sim.Population(2, sim.IF_cond_exp(), label="cells")
     assert told(sim, caplog) == ["two populations have the label 'cells'; the later one is called 'cells 2'"]
@@ -65,7 +65,7 @@ def test_an_instance_of_cells_takes_no_further_parameters(golden: Golden) -> Non
         sim.Population(2, sim.IF_cond_exp(), cellparams={"tau_m": 10.0}, label="more")
 
 
-def test_data_that_are_not_recorded_are_told_once(caplog: pytest.LogCaptureFixture) -> None:
+def test_missing_recorded_data_are_reported_once(caplog: pytest.LogCaptureFixture) -> None:
     sim, cells = network()
     cells.record("spikes")
     assert told(sim, caplog) == []
@@ -86,9 +86,7 @@ def test_data_that_are_not_recorded_are_told_once(caplog: pytest.LogCaptureFixtu
 
 
 @pytest.mark.parametrize("variables", ["spikes", ""])
-def test_cells_of_which_nothing_is_recorded_are_told(
-    variables: str, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_cells_without_a_recording_are_reported(variables: str, caplog: pytest.LogCaptureFixture) -> None:
     sim, cells = network()
     if variables:
         cells.record(variables)
@@ -113,7 +111,7 @@ def test_spikes_of_cells_that_are_not_recorded_are_not_counted_in_silence(
 
 
 @pytest.mark.parametrize(("first_ms", "count"), [(0.5, 0), (2.0, 1)])
-def test_sources_that_begin_after_the_run_are_told_at_its_end(
+def test_sources_that_begin_after_the_run_are_reported_at_its_end(
     first_ms: float, count: int, caplog: pytest.LogCaptureFixture
 ) -> None:
     sim, cells = network()
@@ -127,7 +125,7 @@ def test_sources_that_begin_after_the_run_are_told_at_its_end(
 
 
 @pytest.mark.parametrize(("runs_ms", "says"), [((0.2,), True), ((0.2,) * 5, False), ((200.0,), False)])
-def test_a_duration_in_seconds_is_told_at_the_end(
+def test_a_duration_in_seconds_is_reported_at_the_end(
     runs_ms: tuple[float, ...], says: bool, caplog: pytest.LogCaptureFixture
 ) -> None:
     sim, _ = network()
@@ -139,7 +137,7 @@ def test_a_duration_in_seconds_is_told_at_the_end(
     assert caplog.messages == ([doubt] if says else [])
 
 
-def test_sources_whose_spikes_were_moved_during_a_run_are_not_doubted(
+def test_sources_whose_spikes_were_moved_during_a_run_are_not_reported(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     sim, cells = network()
@@ -179,7 +177,7 @@ def test_callbacks_with_a_list_of_times_and_without_an_answer_at_the_end_are_fin
     assert called == [0.0, 0.0, 0.2, 0.5, 1.0]
 
 
-def test_a_sample_of_more_cells_than_there_are_is_told(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_sample_larger_than_its_population_is_reported(caplog: pytest.LogCaptureFixture) -> None:
     sim, cells = network()
     assert cells.sample(4).size == 4
     assert cells.sample(9).size == 4
@@ -229,7 +227,7 @@ def test_a_delay_that_the_backend_refuses_is_named_at_the_line_of_its_projection
 @pytest.mark.parametrize(
     ("interval_ms", "resolution", "is_told"), [(0.5, "1 ms", True), (2.0, "1 ms", False), (0.5, None, False)]
 )
-def test_moments_between_the_steps_of_a_brain_are_told(
+def test_times_between_the_steps_of_a_brain_are_reported(
     interval_ms: float, resolution: str | None, is_told: bool, caplog: pytest.LogCaptureFixture
 ) -> None:
     sim = new_simulator()

@@ -111,7 +111,7 @@ def test_a_step_has_four_hashes_and_the_chain_of_all_before(made: Made) -> None:
     assert all(len(one) == 16 for one in steps[-1].hashes)
 
 
-def test_a_future_that_nobody_edited_is_the_same_where_both_have_steps(made: Made, tmp_path: Path) -> None:
+def test_an_unedited_future_equals_the_past_at_common_steps(made: Made, tmp_path: Path) -> None:
     made.replay(ReplayRequest(from_ns=round(1.24 * S), record=tmp_path / "future"), verify=False)
     compared = PairDiff.of(made.folder, tmp_path / "future", all_metrics())
     assert compared.is_identical

@@ -15,7 +15,7 @@ from nrp_spynnaker.live import run_script
         ("sim.external_devices.SpynnakerLiveSpikesConnection(send_labels=['b'])\n", False),
     ],
 )
-def test_an_injector_into_which_nobody_sends_is_told(
+def test_an_injector_without_a_sender_is_reported(
     more: str, says: bool, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     script = tmp_path / "script.py"

@@ -67,7 +67,7 @@ def nrp(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> 
 
 
 @pytest.mark.parametrize(("command", "file"), [("sweep", VARY), ("evolve", SEARCH)])
-def test_a_command_of_many_runs_tells_a_doubt_once_before_the_first(
+def test_a_command_of_many_runs_prints_a_warning_once_before_the_first(
     doubtful: Path, nrp: Callable[..., str], command: str, file: str
 ) -> None:
     Path("many.yaml").write_text(f"experiment: doubtful\n{file}")
@@ -86,7 +86,7 @@ def test_a_sweep_and_a_search_in_python_warn_once_in_a_process(doubtful: Path, t
     evolve("search.yaml", tmp_path / "found", workers=1)
 
 
-def test_a_benchmark_tells_what_is_doubted_of_its_tasks(doubtful: Path, tmp_path: Path) -> None:
+def test_a_benchmark_reports_the_warnings_of_its_tasks_once(doubtful: Path, tmp_path: Path) -> None:
     ladder = Ladder([BenchmarkTask("own", "doubtful", "", ())], ["counting"], ["disc"], 1, tmp_path / "out")
     told: list[str] = []
     ladder.report_warnings(told.append)
@@ -94,7 +94,7 @@ def test_a_benchmark_tells_what_is_doubted_of_its_tasks(doubtful: Path, tmp_path
     assert [text.count(DOUBT) for text in told] == [1]
 
 
-def test_a_run_that_is_opened_from_a_file_knows_the_doubts_and_executes_nothing_twice(
+def test_a_run_opened_from_a_file_has_its_warnings_and_executes_the_file_once(
     doubtful: Path, tmp_path: Path
 ) -> None:
     with nrp_core.open_run(doubtful, (text for text in ["seed=3"])) as run:
@@ -105,7 +105,7 @@ def test_a_run_that_is_opened_from_a_file_knows_the_doubts_and_executes_nothing_
         assert Code.NRP229 not in {one.code for one in run.problems}
 
 
-def test_a_sound_experiment_is_announced_by_nothing() -> None:
+def test_a_correct_experiment_causes_no_warning_at_its_start() -> None:
     assert (
         announcement("sound", experiment_warnings(partial(nrp_core.load_experiment, "braitenberg_husky")))
         == ""

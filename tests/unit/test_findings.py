@@ -53,7 +53,7 @@ def test_an_error_becomes_a_finding_at_the_same_place_and_back() -> None:
     assert str(finding.as_error()) == str(error)
 
 
-def test_what_to_write_instead_outlives_the_way_through_an_error_json_and_another_process() -> None:
+def test_a_suggested_correction_survives_errors_json_and_pickle() -> None:
     hint = did_you_mean("/odm", ["/odom", "/tf"])
     error = pickle.loads(pickle.dumps(TopicError(f"no topic '/odm'{hint}", instead=hint.instead)))
     finding = Finding.of(error, Code.NRP212)

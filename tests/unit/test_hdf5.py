@@ -11,7 +11,7 @@ from nrp_core._support.hdf5 import _Disk, new_file
 WRITES = [(0, b"abcdef"), (4, b"XYZ"), (20, b"end"), (2, b"__")]
 
 
-def test_what_the_disk_refused_is_read_as_it_was_written(tmp_path: Path) -> None:
+def test_data_that_the_disk_refused_can_still_be_read(tmp_path: Path) -> None:
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (3, hard))
     try:

@@ -125,7 +125,7 @@ def test_a_product_and_a_sum_are_rounded_once_in_vectors_and_in_what_is_left_of_
 @pytest.mark.parametrize(
     "calls", ["outer(2.0), inner(2.0), inner(2), outer(2)", "inner(2.0), outer(2.0), 4, 5"]
 )
-def test_what_compiled_code_calls_can_be_called_by_python_before_and_after(
+def test_python_can_call_a_function_before_and_after_compiled_code_calls_it(
     tmp_path: Path, kind: str, calls: str
 ) -> None:
     pytest.importorskip("numba")

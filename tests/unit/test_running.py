@@ -107,7 +107,9 @@ def test_impossible_options_are_refused_before_anything_is_opened(
         nrp_core.run("no such experiment", **{"record": tmp_path / "out", **options})
 
 
-def test_whatever_takes_the_run_is_called_after_each_step(fakes: None, drive_to_the_wall: Path) -> None:
+def test_any_callable_that_takes_the_run_is_called_after_each_step(
+    fakes: None, drive_to_the_wall: Path
+) -> None:
     seen: list[object] = []
     nrp_core.run(drive_to_the_wall, until_s=0.1, on_step=seen.append)
     nrp_core.run(drive_to_the_wall, until_s=0.1, on_step=lambda run, *more: seen.append(run.now_s))

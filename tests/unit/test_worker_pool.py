@@ -64,13 +64,13 @@ def test_a_process_that_is_killed_loses_its_own_task_only_and_is_replaced() -> N
         assert not Path(f"/proc/{pid}").exists()
 
 
-def test_what_a_task_raises_is_returned_with_it() -> None:
+def test_an_error_of_a_task_is_returned_in_its_outcome() -> None:
     with WorkerPool(1) as pool:
         (outcome,) = pool.perform(half_of, ["a text"])  # type: ignore[list-item]
     assert isinstance(outcome.error, TypeError)
 
 
-def test_a_process_that_dies_as_it_starts_is_told_from_one_that_dies_in_its_task(
+def test_a_process_that_dies_at_its_start_differs_from_one_that_dies_in_its_task(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     mark = tmp_path / "died"

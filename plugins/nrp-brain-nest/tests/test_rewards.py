@@ -127,6 +127,6 @@ def test_rewards_come_when_all_synapses_are_updated(network, opened, golden: Gol
         ({"a_plus": np.array([[1.0, 2.0]]), "wide": 2}, "one A_plus"),
     ],
 )
-def test_what_nest_does_not_have_is_refused(settings, message, network, opened):
+def test_learning_that_nest_lacks_is_refused(settings, message, network, opened):
     with pytest.raises(CapabilityError, match=message):
         opened(network(lambda sim: learner(sim, **settings)))

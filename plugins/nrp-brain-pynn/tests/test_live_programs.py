@@ -20,7 +20,7 @@ p.end()
 
 
 @pytest.mark.simulator("spinnaker")
-def test_spynnakers_own_connection_sends_and_hears_spikes(tmp_path):
+def test_the_connection_of_spynnaker_sends_and_receives_spikes(tmp_path):
     from spynnaker.pyNN.connections import SpynnakerLiveSpikesConnection
 
     connection = SpynnakerLiveSpikesConnection(["cells"], ["injector"], local_port=None)

@@ -34,7 +34,7 @@ def bodies(visitor: Visitor) -> dict[str, Any]:
     return {one["name"]: one for one in visitor.last("experiment")["bodies"]}
 
 
-def test_what_is_added_stands_falls_and_is_removed(opened: Cockpit, visitor: Visitor) -> None:
+def test_added_bodies_stand_fall_and_can_be_removed(opened: Cockpit, visitor: Visitor) -> None:
     visitor.subscribe("/cockpit/experiment")
     assert visitor.call("bodies/models")["models"] == ["box", "sphere", "cylinder", "head.sdf", "palm"]
     world = opened.run.world

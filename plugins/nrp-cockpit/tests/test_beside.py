@@ -151,7 +151,9 @@ def test_a_branch_that_fails_leaves_the_run_going(opened: Cockpit, visitor: Visi
     assert beside.mode == "failed"  # type: ignore[union-attr]
 
 
-def test_what_cannot_be_is_refused_in_a_sentence(opened: Cockpit, visitor: Visitor, golden: Golden) -> None:
+def test_impossible_second_runs_are_refused_with_the_reason(
+    opened: Cockpit, visitor: Visitor, golden: Golden
+) -> None:
     for call, said in (
         (lambda: visitor.call("part"), "there is no second run"),
         (lambda: visitor.call("compare"), "needs a different brain or world"),
@@ -166,7 +168,7 @@ def test_what_cannot_be_is_refused_in_a_sentence(opened: Cockpit, visitor: Visit
 
 
 @pytest.mark.parametrize(("how", "engines"), [("branch", {}), ("compare", {"brain": "spinnaker"})])
-def test_a_second_run_says_what_a_check_doubts(
+def test_a_second_run_shows_the_warnings_of_checks(
     opened: Cockpit, visitor: Visitor, how: str, engines: dict[str, str]
 ) -> None:
     (name,) = (one for one, text in opened.session.functions.texts.items() if "cmd_vel" in text)
@@ -183,7 +185,7 @@ def test_a_second_run_says_what_a_check_doubts(
         visitor.call("functions/revert")
 
 
-def test_a_second_run_says_what_a_check_doubts_of_files_that_nobody_edits(tmp_path: Path) -> None:
+def test_a_second_run_shows_the_warnings_about_unedited_files(tmp_path: Path) -> None:
     functions = tmp_path / "twice.py"
     functions.write_text(TWICE + TWICE.replace("drives_too", "drives"))
     with cockpit(f"transfer_functions=[{functions}]") as opened, opened.visit() as visitor:

@@ -186,7 +186,7 @@ def test_its_own_page_may_connect(server: Server) -> None:
 @pytest.mark.parametrize(
     "target", ["/", "/?token=", "/?token=wrong", "/?token=steerin", "/?token=%ff", "/?tok=steering"]
 )
-def test_nobody_connects_without_the_token(server: Server, target: str) -> None:
+def test_a_connection_without_the_token_is_refused(server: Server, target: str) -> None:
     answer = ask(server, target, UPGRADE)
     assert answer.status == 401
     assert b"token" in answer.body

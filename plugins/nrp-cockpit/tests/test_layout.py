@@ -137,7 +137,7 @@ def test_a_broken_layout_is_not_used(text: str, words: str, tmp_path: Path, chan
         ("/husky/joint_states", "position[0]", ""),
     ],
 )  # fmt: skip
-def test_a_curve_of_nothing_is_told_and_the_rest_is_used(
+def test_a_curve_without_data_is_reported_and_the_rest_is_used(
     topic: str, path: str, words: str, tmp_path: Path, channels: Channels
 ) -> None:
     file = tmp_path / "it.cockpit.json"
@@ -151,7 +151,7 @@ def test_a_curve_of_nothing_is_told_and_the_rest_is_used(
     assert not words or re.match(re.escape(str(file)) + r":\d+:\d+: ", problem)
 
 
-def test_it_is_told_in_the_terminal_and_to_the_page(
+def test_a_broken_layout_is_reported_in_the_terminal_and_on_the_page(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "mine.yaml"
@@ -166,6 +166,6 @@ def test_it_is_told_in_the_terminal_and_to_the_page(
         assert told in visitor.call("layout/load")["problem"]
 
 
-def test_a_file_that_cannot_be_read_is_told(tmp_path: Path, channels: Channels) -> None:
+def test_a_file_that_cannot_be_read_is_reported(tmp_path: Path, channels: Channels) -> None:
     (problem,) = Layout(tmp_path, channels).load().values()
     assert f"{tmp_path}: cannot be read: Is a directory" in problem

@@ -252,7 +252,7 @@ def test_a_part_is_reset_alone_and_that_is_lived_again(opened: Cockpit, visitor:
     assert state(opened) == after or not is_exact(opened)
 
 
-def test_the_pace_is_kept_and_a_slow_one_holds_up_nobody(opened: Cockpit, visitor: Visitor) -> None:
+def test_the_pace_is_kept_and_a_slow_pace_delays_no_call(opened: Cockpit, visitor: Visitor) -> None:
     visitor.call("pace", factor=0.001)
     visitor.call("play")
     visitor.until(lambda: now_s(opened) > 0, 5)  # a step takes 20 s
@@ -278,7 +278,7 @@ def test_the_end_of_a_run_is_the_end_until_it_goes_back(
         opened.run.experiment.__dict__["duration"] = end_ns
 
 
-def test_the_page_shows_what_a_check_doubts(tmp_path: Path) -> None:
+def test_the_page_shows_the_warnings_of_checks(tmp_path: Path) -> None:
     function = """
 @nrp.Neuron2Robot(Topic("/husky/cmd_vel", geometry_msgs.msg.Twist))
 def {}(t):

@@ -363,7 +363,7 @@ def test_its_functions_are_read_and_not_executed(folder: Path, tmp_path: Path):
     assert not (tmp_path / "executed").exists()
 
 
-def test_what_would_change_it_is_refused(desk: Desk):
+def test_calls_that_would_change_a_recording_are_refused(desk: Desk):
     for name in ("publish", "push", "place", "record", "functions/apply", "functions/check", "snapshot"):
         with pytest.raises(CapabilityError, match="--from"):
             desk.call(name, any="thing")

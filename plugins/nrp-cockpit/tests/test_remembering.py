@@ -166,7 +166,7 @@ def test_a_topic_is_remembered_from_when_somebody_first_asked_for_it(
     assert heard[0].t_ns < 600_000_000
 
 
-def test_what_nobody_may_come_back_to_is_not_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_steps_that_cannot_be_revisited_are_not_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(live, "ALONE_NS", 0)
     with cockpit() as opened:
         session = opened.session

@@ -88,7 +88,9 @@ def test_the_file_does_not_say_where_the_recording_was(recording: Path) -> None:
     assert '"experiment/' in about  # the sources are named as in the recording
 
 
-def test_what_does_not_fit_is_thinned_and_named(recording: Path, recorded: dict[str, Any]) -> None:
+def test_topics_beyond_the_size_limit_are_thinned_and_named(
+    recording: Path, recorded: dict[str, Any]
+) -> None:
     whole = shared_file(recording)
     without = len(whole.html) - sum(
         len(block) for block in re.findall(r'id="nrp-topic-\d+">([^<]*)<', whole.html)

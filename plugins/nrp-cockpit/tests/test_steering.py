@@ -230,7 +230,7 @@ def test_a_body_is_coloured_by_the_topic_that_the_experiment_names(visitor: Visi
     assert topics["sofa"] == ("/sofa/link/seat/color", "sofa/link/seat")
 
 
-def test_the_page_is_told_where_the_camera_looks_and_where_light_comes_from(visitor: Visitor) -> None:
+def test_the_page_receives_the_poses_of_cameras_and_lights(visitor: Visitor) -> None:
     visitor.subscribe("/cockpit/experiment")
     experiment = visitor.until(lambda: visitor.last("experiment"))
     [sun] = experiment["lights"]  # as room.sdf has it
@@ -285,7 +285,7 @@ def test_the_time_of_a_call_is_that_of_the_calls_that_are_counted(visitor: Visit
         assert each["mean_ms"] == pytest.approx(each["recent_ms"][-1], abs=1e-3)
 
 
-def test_calls_that_nobody_watched_are_counted_too(opened: Cockpit) -> None:
+def test_calls_without_a_viewer_are_counted(opened: Cockpit) -> None:
     session = opened.session
     session.ask(session.reset)
     session.ask(lambda: session.step(4))

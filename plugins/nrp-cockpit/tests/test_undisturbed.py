@@ -104,7 +104,7 @@ def test_a_run_is_the_same_however_many_watch(alone: tuple[Cockpit, Result], num
 
 
 @pytest.mark.parametrize("alone", BACKENDS[:1], indirect=True, ids="-".join)
-def test_a_client_that_never_reads_loses_messages_and_holds_up_nobody(
+def test_a_client_that_never_reads_loses_messages_and_delays_no_other_client(
     alone: tuple[Cockpit, Result],
 ) -> None:
     opened, expected = alone
@@ -143,7 +143,7 @@ def called(hook: Callable[[ClosedLoop], None], loop: ClosedLoop) -> list[str]:
 
 
 @pytest.mark.parametrize(("kind", "is_cheap"), [(LiveSession, True), (Attentive, False)])
-def test_a_step_that_nobody_watches_costs_a_few_calls(
+def test_a_step_without_a_viewer_costs_few_calls(
     kind: type[LiveSession], is_cheap: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with Run(load_experiment("braitenberg_husky", [SMALL])) as run:

@@ -76,7 +76,7 @@ def test_a_new_visitor_gets_the_last_reports_at_once(opened: Cockpit) -> None:
         assert visitor.last("experiment")["name"] == "braitenberg_husky"
 
 
-def test_what_is_not_remembered_is_sampled_only_while_somebody_hears_it(
+def test_topics_that_are_not_remembered_are_sampled_only_for_subscribers(
     opened: Cockpit, visitor: Visitor
 ) -> None:
     remembered = {"spikes", "devices", "/gazebo/model_states", "/husky/camera"}
@@ -130,7 +130,7 @@ def test_an_earlier_time_shows_the_image_of_that_time(opened: Cockpit, visitor: 
         assert shown == first[shown.t_ns]
 
 
-def test_who_leaves_is_not_heard_of_again(opened: Cockpit) -> None:
+def test_a_client_that_has_left_is_forgotten(opened: Cockpit) -> None:
     with opened.visit() as leaving:
         leaving.subscribe("/scene")
         leaving.call("step")
@@ -196,7 +196,7 @@ def test_an_unknown_service_and_a_wrong_request_are_refused(visitor: Visitor) ->
             visitor.answer(visitor.ask_raw(service, payload))
 
 
-def test_what_is_too_large_ends_only_its_connection(opened: Cockpit, visitor: Visitor) -> None:
+def test_a_message_that_is_too_large_ends_only_its_connection(opened: Cockpit, visitor: Visitor) -> None:
     def send() -> None:
         other.connection.send(service_request(1, 1, bytes(9 << 20)))
         other.listen(10)
@@ -245,7 +245,7 @@ def test_who_waits_for_an_answer_gets_one_when_the_session_closes(golden: Golden
         assert opened.run.now_s < 39.0
 
 
-def test_ctrl_c_ends_a_session_and_tells_who_waits(golden: Golden) -> None:
+def test_ctrl_c_ends_a_session_and_answers_waiting_calls(golden: Golden) -> None:
     with Run(load_experiment("braitenberg_husky", [SMALL, "world.backend=pybullet"])) as run:
         session = LiveSession(run, Hub())
         services = services_of(session)
@@ -282,7 +282,7 @@ def test_reports_are_json_that_a_browser_can_read(opened: Cockpit) -> None:
     assert json.loads(text, parse_constant=pytest.fail) == {"nan": None, "list": [None, 1.5, "x"]}
 
 
-def test_a_topic_that_is_newly_heard_is_sent_though_nothing_goes_on(
+def test_a_new_subscriber_receives_a_topic_while_the_run_is_paused(
     opened: Cockpit, visitor: Visitor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(session, "_REST_S", 60.0)

@@ -31,7 +31,7 @@ ONE = python_engine("one", "engine")
         ({"DataPackProcessingFunctions": functions("missing")}, Code.NRP204, 6),
     ],
 )
-def test_what_is_wrong_is_named_with_its_line(
+def test_mistakes_are_named_with_their_line(
     write: Write, change: dict[str, Any], code: Code, line: int
 ) -> None:
     path = write({"SimulationTimeout": 1, **change, "EngineConfigs": [ONE], **change}, engine=ENGINE)

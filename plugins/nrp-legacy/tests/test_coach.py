@@ -121,7 +121,7 @@ def test_an_edit_that_gives_a_function_another_name_says_so(
         simulation.delete_transfer_function("drive")
 
 
-def test_an_added_function_that_reads_a_topic_which_nobody_publishes_says_so(
+def test_an_added_function_that_reads_an_unpublished_topic_causes_a_warning(
     launched: Launched, caplog: pytest.LogCaptureFixture
 ) -> None:
     simulation = launched()
@@ -188,7 +188,7 @@ def test_resets_pause_and_bring_back_what_they_name(launched: Launched, golden: 
         simulation.reset("ful")
 
 
-def test_another_brain_begins_at_zero_with_the_functions_that_there_are(
+def test_another_brain_begins_at_zero_with_the_same_functions(
     launched: Launched, caplog: pytest.LogCaptureFixture, golden: Golden
 ) -> None:
     simulation = launched()
@@ -401,7 +401,7 @@ run 0: spikes.csv
         coach.get_experiment_run_file("p3dx_2018", "csv", 3, "spikes.csv")
 
 
-def test_what_a_check_doubts_is_logged_once(
+def test_a_warning_of_a_check_is_logged_once(
     launched: Launched, corpus: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     with (corpus / "p3dx_2018" / "drive.py").open("a") as file:

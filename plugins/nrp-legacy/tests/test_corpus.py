@@ -94,7 +94,7 @@ def test_every_idiom_of_transfer_functions_runs(played: Callable[..., Run]) -> N
         assert left_out in told
 
 
-def test_a_machine_that_is_not_there_is_named(opened: Opened, corpus: Path) -> None:
+def test_a_missing_machine_is_named(opened: Opened, corpus: Path) -> None:
     assert any(
         "state machine 'gone.exd' not found" in text
         for text in map(str, opened("icub_2017/icub.exc").problems)
@@ -186,7 +186,7 @@ def test_a_course_of_2019_goes_to_a_point_of_a_grid_that_it_reads_by_texts_and_f
     assert result.final_pose["robot"]["x"] == pytest.approx(0.1, abs=0.005)
 
 
-def test_its_machine_hears_each_message_and_waits_for_activity(played: Callable[..., Run]) -> None:
+def test_its_machine_receives_each_message_and_waits_for_activity(played: Callable[..., Run]) -> None:
     run = played("course_2019/course.exc")
     assert not [problem for problem in run.problems if problem.code in (Code.NRP272, Code.NRP280)]
     (sun,) = (light for light in run.world.scene.lights if light.name == "sun")

@@ -32,7 +32,7 @@ def _doubts(folder: Path, old: str = "", new: str = "") -> list[str]:
     return [one.message for one in found]
 
 
-def test_an_experiment_without_slips_is_not_doubted(tmp_path: Path) -> None:
+def test_an_experiment_without_mistakes_causes_no_warning(tmp_path: Path) -> None:
     assert _doubts(tmp_path) == []
 
 
@@ -104,11 +104,11 @@ def test_a_robot_with_the_name_of_another_is_missing_from_the_run(tmp_path: Path
 
 
 @pytest.mark.parametrize("tag", ["transferFunctionImport", "transferFunctionInline"])
-def test_elements_that_are_read_as_functions_are_not_doubted(tmp_path: Path, tag: str) -> None:
+def test_elements_that_are_read_as_functions_are_not_reported(tmp_path: Path, tag: str) -> None:
     assert _doubts(tmp_path, "</bibi>", f'<{tag} src="one.py"/></bibi>') == []
 
 
-def test_experiments_of_the_platform_are_doubted_only_where_they_are_wrong(corpus: Path) -> None:
+def test_only_mistakes_in_experiments_of_the_platform_cause_warnings(corpus: Path) -> None:
     doubted = [
         one.message
         for path in corpus.glob("*/*.exc")

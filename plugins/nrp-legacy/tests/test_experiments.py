@@ -246,7 +246,7 @@ def test_patterns_of_a_map_take_the_population_of_its_source(opened: Opened) -> 
     assert len(group) == 2
 
 
-def test_files_of_recorders_go_beside_an_experiment_or_its_archive_unless_told_otherwise(
+def test_recorders_write_files_beside_the_experiment_or_its_archive_by_default(
     corpus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = corpus / "poses_2017" / "poses.exc"
@@ -258,7 +258,7 @@ def test_files_of_recorders_go_beside_an_experiment_or_its_archive_unless_told_o
     assert load_experiment(archive, ["csv_folder=out"]).csv_folder == Path("out")
 
 
-def test_a_start_pose_in_degrees_is_told_once_with_its_line(corpus: Path) -> None:
+def test_a_start_pose_in_degrees_is_reported_once_with_its_line(corpus: Path) -> None:
     file = corpus / "poses_2017" / "poses.exc"
     file.write_text(file.read_text().replace('yaw="0"', 'yaw="45"'))
     found = [

@@ -90,7 +90,7 @@ SCXML = """<?xml version="1.0" encoding="utf-8"?>
 
 
 @pytest.mark.parametrize("kind", ["SMACHStateMachine", "SCXMLStateMachine"])
-def test_a_machine_in_scxml_is_left_out_as_on_the_platform_and_said_before_and_after_a_run(
+def test_a_machine_in_scxml_is_ignored_and_reported_before_and_after_a_run(
     opened: Played, corpus: Path, kind: str
 ) -> None:
     """The platform's documentation: such machines "are not integrated ... and will not be executed"."""

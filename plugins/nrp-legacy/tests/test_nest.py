@@ -142,7 +142,9 @@ def test_unknown_models_are_reported_and_the_rest_is_built(tmp_path: Path) -> No
     assert [note.subject for note in network.notes] == ["music_event_in_proxy", "ht_synapse"]
 
 
-def test_what_neither_learns_nor_records_makes_a_run_incomplete(tmp_path: Path, golden: Golden) -> None:
+def test_synapses_that_do_not_learn_and_recorders_without_data_make_a_run_incomplete(
+    tmp_path: Path, golden: Golden
+) -> None:
     text = """
 import nest
 a = nest.Create('iaf_psc_exp', 2)

@@ -41,7 +41,9 @@ def _names(run: Run) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("kind", ["multiprocessing.Process", "threading.Thread"])
-def test_what_is_started_waits_in_simulated_time_and_ends(opened: Callable[[str], Run], kind: str) -> None:
+def test_threads_and_processes_wait_in_simulated_time_and_end(
+    opened: Callable[[str], Run], kind: str
+) -> None:
     with opened(_START.format(module=kind.partition(".")[0], kind=kind)) as run:
         run.run_until(0.3)
         (first, begun_s), (last, woken_s) = _names(run)["said"]
@@ -107,7 +109,7 @@ def _is_running(pid: int) -> bool:
         "with open('{file}', 'w') as file: file.write(str(pid))",
     ],
 )
-def test_what_programs_and_forks_have_started_ends_with_the_run(
+def test_processes_of_programs_and_forks_end_with_the_run(
     opened: Callable[[str], Run], tmp_path: Path, start: str
 ) -> None:
     file = tmp_path / "pid"

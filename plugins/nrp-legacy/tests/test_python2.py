@@ -215,7 +215,7 @@ def test_a_repeated_argument_is_refused_with_its_line_where_code_is_read(
 
 
 @pytest.mark.parametrize(("bounds", "is_right"), [("0:5 / 2", True), ("5 / 3:5", True), ("0:5 / 2.0", False)])
-def test_a_quotient_of_whole_numbers_chooses_neurons_without_a_doubt(
+def test_a_quotient_of_whole_numbers_chooses_neurons_without_a_warning(
     written: Callable[..., Path], bounds: str, is_right: bool
 ) -> None:
     """It did in Python 2; the quotient of another number did not."""

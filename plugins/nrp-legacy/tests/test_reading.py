@@ -133,7 +133,7 @@ def test_an_experiment_without_its_second_document_is_refused_at_the_line_that_n
         read_exc(path)
 
 
-def test_a_folder_of_models_that_is_not_there_is_refused(tmp_path: Path, golden: Golden) -> None:
+def test_a_missing_folder_of_models_is_refused(tmp_path: Path, golden: Golden) -> None:
     path = written(tmp_path, "some.exc", '<ExD><bibiConf src="some.bibi"/></ExD>')
     with golden.raises(ExperimentError):
         read_exc(path, [f"models=[{tmp_path / 'nowhere'}]"])

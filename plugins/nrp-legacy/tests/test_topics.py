@@ -157,7 +157,7 @@ def test_messages_of_another_type_than_that_of_a_topic_are_reported_by_their_typ
 
 
 @pytest.mark.parametrize(("name", "is_said"), [("/p3dx/husky/cmd_vel", True), ("/husky/cmd_vel", False)])
-def test_a_topic_under_the_name_of_another_robot_is_said_to_be_used(
+def test_the_use_of_a_topic_under_the_name_of_another_robot_is_reported(
     opened: Opened, corpus: Path, name: str, is_said: bool
 ) -> None:
     (corpus / "topics").mkdir()

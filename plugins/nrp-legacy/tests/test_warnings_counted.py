@@ -36,7 +36,7 @@ def doubts_of(
     return of
 
 
-def test_only_doubts_are_counted(doubts_of: Callable[[str], tuple[int, str]]) -> None:
+def test_only_warnings_are_counted(doubts_of: Callable[[str], tuple[int, str]]) -> None:
     plain, _ = doubts_of(AHEAD.format("drive", "pass"))
     converted, told = doubts_of(AHEAD.format("drive", "if t < 0: print 'back'"))
     assert "leftovers of Python 2 were converted" in told

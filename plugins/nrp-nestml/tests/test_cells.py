@@ -50,7 +50,7 @@ def test_ports_of_no_sign_are_receptors_of_their_own_names() -> None:
     assert list(cell["receptors"]) == ["AMPA", "NMDA", "GABA_A", "GABA_B"]
 
 
-def test_what_a_cell_in_equations_does_not_have_is_refused_with_its_line() -> None:
+def test_unsupported_statements_of_a_cell_are_refused_with_their_line() -> None:
     with pytest.raises(NestmlError, match="'if refr_t > 0 ms'"):
         cell_of(MODELS / "iaf_psc_exp_htum_neuron.nestml")
 

@@ -36,7 +36,7 @@ def test_keys_are_found_in_every_kind_of_packet(packet: str, keys: list[int]) ->
         "02 08  01 00 07 00",
     ],
 )
-def test_what_is_not_a_packet_of_spikes_is_refused(packet: str, golden: Golden) -> None:
+def test_a_packet_without_spikes_is_refused(packet: str, golden: Golden) -> None:
     with golden.raises(ValueError):
         keys_of(bytes.fromhex(packet))
 

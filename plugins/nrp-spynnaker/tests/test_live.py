@@ -147,7 +147,7 @@ def test_other_programs_send_and_hear_spikes_over_udp(tmp_path: Path) -> None:
     ]
 
 
-def test_a_network_that_hears_other_programs_keeps_to_the_real_time(tmp_path: Path) -> None:
+def test_a_network_that_receives_spikes_from_programs_runs_in_real_time(tmp_path: Path) -> None:
     script = run(
         tmp_path,
         UDP + "import time\np.run(1)\nbegan = time.monotonic()\np.run(150)\nt = time.monotonic() - began\n"
@@ -313,5 +313,5 @@ print(source.get_data().segments[0].spiketrains[0].magnitude[:1], p.get_current_
         ("run(10)", False),
     ],
 )
-def test_the_script_tells_whether_it_waits_for_the_end_of_its_run(lines: str, waits: bool) -> None:
+def test_a_script_shows_whether_it_waits_for_the_end_of_its_run(lines: str, waits: bool) -> None:
     assert stops_elsewhere(lines.encode()) is waits

@@ -80,7 +80,7 @@ def require(owner: Any, names: list[str]) -> None:
             assert said is None, f"{name} is refused without a reason in the list"
 
 
-def test_a_name_that_it_does_not_have_is_no_device_and_no_method(script: Any, golden: Golden) -> None:
+def test_an_unknown_name_is_neither_a_device_nor_a_method(script: Any, golden: Golden) -> None:
     for owner in (script.devices, script.p.extra_models, *script.objects.values()):
         with golden.raises(AttributeError):
             owner.SpikeInjecter  # noqa: B018

@@ -113,7 +113,7 @@ def run(tmp_path: Path) -> Callable[..., Any]:
     return run
 
 
-def test_it_hears_the_cells_that_fire_and_sends_spikes_in_every_run(
+def test_a_connection_receives_and_sends_spikes_in_every_run(
     program: Program, run: Callable[..., Any]
 ) -> None:
     thread = Thread(target=program.take_part, daemon=True)
@@ -149,7 +149,7 @@ def test_a_program_that_does_not_confirm_is_named(
 
 
 @pytest.mark.parametrize("event", ["start", "receive"])
-def test_it_is_told_that_the_run_has_stopped_if_a_callback_raises(
+def test_a_connection_learns_that_the_run_has_stopped_if_a_callback_raises(
     program: Program, run: Callable[..., Any], event: str
 ) -> None:
     fails = f"""

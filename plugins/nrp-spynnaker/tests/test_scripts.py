@@ -157,7 +157,7 @@ def test_either_sign_inhibits_on_the_inhibitory_receptor(tmp_path: Path) -> None
     assert lowest[0] == lowest[1] < -66.0
 
 
-def test_a_negative_weight_excites_as_on_the_machine_and_is_told(tmp_path: Path) -> None:
+def test_a_negative_weight_excites_as_on_the_machine_and_is_reported(tmp_path: Path) -> None:
     """sPyNNaker 7.4.1 takes the size of all weights (``numpy.abs`` in ``generate_weights``)."""
     seen = {}
     for weight, more in ((2.0, ""), (-2.0, ""), (-2.0, ", receptor_type='inhibitory'")):
@@ -238,7 +238,7 @@ def test_its_own_connectors_make_the_synapses_that_they_name(tmp_path: Path) -> 
         ("p.external_devices.MunichMotorDevice()", "MunichMotorDevice is not supported: it is a device"),
     ],
 )
-def test_what_has_no_equivalent_is_refused_by_name(tmp_path: Path, line: str, expected: str) -> None:
+def test_calls_without_an_equivalent_are_refused_by_name(tmp_path: Path, line: str, expected: str) -> None:
     error = refused(tmp_path, line)
     assert isinstance(error, CapabilityError)
     assert expected in str(error)

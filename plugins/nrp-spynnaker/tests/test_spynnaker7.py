@@ -59,7 +59,7 @@ def test_a_script_of_version_7_runs_in_python_2(
     assert script.devices.SpynnakerLiveSpikesConnection is script.SpynnakerLiveSpikesConnection
 
 
-def test_what_is_recorded_to_a_file_is_written_at_the_end(tmp_path: Path) -> None:
+def test_recordings_to_a_file_are_written_at_the_end(tmp_path: Path) -> None:
     made = "cells = p.Population(1, p.SpikeSourceArray, {'spike_times': [2.0, 4.0]})\n"
     named, placed = tmp_path / "named.spikes", tmp_path / "placed.dat"
     lines = f"cells.record(to_file={str(named)!r})\ncells.record({str(placed)!r})\np.run(5)\np.end()\n"
@@ -222,7 +222,7 @@ def test_weights_in_a_list_are_those_of_the_synapses_in_their_order(tmp_path: Pa
         ("p.get_spynnaker()", "get_spynnaker is not supported: there is no machine"),
     ],
 )
-def test_what_cannot_be_meant_is_refused(tmp_path: Path, line: str, expected: str) -> None:
+def test_arguments_that_make_no_sense_are_refused(tmp_path: Path, line: str, expected: str) -> None:
     assert expected in str(refused(tmp_path, line))
 
 
@@ -327,6 +327,6 @@ def test_a_script_with_functions_of_python_2_alone_is_in_it(tmp_path: Path) -> N
     assert own.halves == [0.0, 0.5]
 
 
-def test_what_is_neither_python_3_nor_2_is_one_error(tmp_path: Path, golden: Golden) -> None:
+def test_a_script_in_neither_python_3_nor_2_is_one_error(tmp_path: Path, golden: Golden) -> None:
     with golden.raises(NetworkError, match="script.py:3"):
         run(tmp_path, f"{HEAD}if:\n")

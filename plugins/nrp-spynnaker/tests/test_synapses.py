@@ -121,7 +121,7 @@ def test_a_convolution_is_one(tmp_path: Path, padding: int) -> None:
     assert set(both["inhibitory"].delay_ms) == {2.0}
 
 
-def test_what_a_kernel_does_not_have_is_drawn_for_each_synapse(tmp_path: Path) -> None:
+def test_delays_that_a_kernel_does_not_give_are_drawn_for_each_synapse(tmp_path: Path) -> None:
     lines = GRIDS.format(arguments=KERNEL).replace("delay=2.0", f"delay={DRAWN}")
     whole = "near = p.KernelConnector((6, 7), (6, 7), 3, np.ones((3, 3)))\n"
     further = f"near = p.Projection(image, image_cells, near, p.StaticSynapse(delay={DRAWN}))\n"
@@ -207,7 +207,7 @@ def test_synapses_form_and_vanish_while_a_script_runs(tmp_path: Path) -> None:
     assert np.nansum(script.sums) == 4.0 * len(script.found)
 
 
-def test_what_forms_and_vanishes_is_recorded_as_events(tmp_path: Path) -> None:
+def test_formations_and_eliminations_of_synapses_are_recorded_as_events(tmp_path: Path) -> None:
     script = run(
         tmp_path,
         HEAD + STRUCTURAL + "full.record(['rewiring', 'spikes'])\ngone.record('rewiring')\np.run(500)\n"

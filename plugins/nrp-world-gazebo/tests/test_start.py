@@ -21,7 +21,7 @@ def test_a_missing_program_is_named_with_the_remedy(golden: Golden):
         opened(command="gzserver-12")
 
 
-def test_a_root_that_is_no_system_is_named(tmp_path, golden: Golden):
+def test_a_root_that_is_not_a_system_is_named(tmp_path, golden: Golden):
     with golden.raises(BackendLoadError, match=f"{tmp_path}"):
         opened(root=tmp_path)
 

@@ -31,7 +31,7 @@ def test_two_spiking_cells_balance_the_pole_of_the_page(cart_pole):
     assert total == 500, "every step of the episode is rewarded"
 
 
-def test_the_step_of_an_environment_is_no_step_of_physics(cart_pole):
+def test_the_step_of_an_environment_differs_from_a_step_of_physics(cart_pole):
     assert [str(one) for one in validate_file(cart_pole) if one.level is Level.WARNING] == []
 
 

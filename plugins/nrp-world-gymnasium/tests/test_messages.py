@@ -92,7 +92,9 @@ def test_an_action_outside_of_its_space_is_refused_and_breaks_nothing(
         ),
     ],
 )
-def test_what_cannot_be_opened_is_one_clear_error(open_world, env, options, kind, error, golden: Golden):
+def test_an_environment_that_cannot_be_opened_is_one_clear_error(
+    open_world, env, options, kind, error, golden: Golden
+):
     with golden.raises(kind, match=error):
         open_world(env, **options)
 

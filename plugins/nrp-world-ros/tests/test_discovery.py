@@ -71,7 +71,9 @@ def test_a_node_with_the_defaults_of_ros_2_is_found_on_this_machine(ros2: Ros2) 
 @needs_networks
 @pytest.mark.slow
 @pytest.mark.parametrize(("reached", "peers"), [("LOCALHOST", 0), ("SUBNET", 1)])
-def test_another_machine_is_heard_only_if_the_user_says_so(ros2: Ros2, reached: str, peers: int) -> None:
+def test_messages_of_another_machine_are_received_only_if_the_user_allows_it(
+    ros2: Ros2, reached: str, peers: int
+) -> None:
     if reached == "SUBNET":
         ros2.env["ROS_AUTOMATIC_DISCOVERY_RANGE"] = reached
     else:  # it is the default
@@ -98,7 +100,7 @@ class Alone:
 
 
 @pytest.mark.parametrize(("node", "reports"), [(Alone(), 1), (Alone("/x"), 0)])
-def test_a_node_that_nobody_finds_says_so_once(
+def test_a_node_that_no_other_node_finds_warns_once(
     node: Node, reports: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     said: list[str] = []
@@ -138,7 +140,7 @@ def test_a_node_with_other_messages_is_not_reported_as_absent(
 
 @needs_ros2
 @pytest.mark.slow
-def test_a_bridge_that_nobody_finds_says_so_while_it_runs(ros2: Ros2) -> None:
+def test_a_bridge_that_no_node_finds_warns_while_it_runs(ros2: Ros2) -> None:
     body = ros2.body()
     assert body.stdout is not None
     (line,) = [line for line in (body.stdout.readline(),) if line.startswith("warning:")]

@@ -29,7 +29,7 @@ def test_without_a_master_the_error_says_how_to_start_one(no_master: Ros) -> Non
     assert process.returncode == 4
 
 
-def test_without_a_body_the_error_names_the_topics_that_nobody_serves(ros: Ros) -> None:
+def test_without_a_body_the_error_names_the_topics_without_a_provider(ros: Ros) -> None:
     process = ros.nrp(*LOOP, *LOCKSTEP)
     (error,) = errors(process)
     assert "/husky/camera" in error

@@ -89,7 +89,7 @@ def test_the_frames_are_a_tree_from_the_world_over_odometry_and_base_to_the_sens
     }
 
 
-def test_what_never_moves_is_told_once_and_kept_for_those_who_come_later(world: World) -> None:
+def test_static_frames_are_sent_once_and_latched(world: World) -> None:
     listener = Listener()
     frames = Frames(world, listener)  # type: ignore[arg-type]
     for _ in range(3):

@@ -117,7 +117,7 @@ def test_a_message_sent_to_another_program_comes_back_from_it(ros2: Ros2, node: 
 
 
 @needs_ros2
-def test_a_sensor_that_only_promises_its_best_effort_is_heard(ros2: Ros2, node: Node) -> None:
+def test_the_messages_of_a_best_effort_sensor_are_received(ros2: Ros2, node: Node) -> None:
     ros2.ready_peer("driver")
     node.listen("/scan", sensor_msgs.LaserScan)
     ros2.until(lambda: node.settle(10) == set())
@@ -127,7 +127,7 @@ def test_a_sensor_that_only_promises_its_best_effort_is_heard(ros2: Ros2, node: 
 
 
 @needs_ros2
-def test_who_comes_late_gets_what_is_latched_and_nothing_else(ros2: Ros2, node: Node) -> None:
+def test_a_late_subscriber_receives_only_latched_messages(ros2: Ros2, node: Node) -> None:
     for topic, latched in (("/kept", True), ("/gone", False)):
         node.publisher(topic, geometry_msgs.Twist, latched=latched).publish(FAST)
     said, _ = ros2.peer("latched").communicate(timeout=60)
@@ -176,7 +176,7 @@ def test_a_node_that_leaves_is_reported_at_once(ros2: Ros2, node: Node) -> None:
 
 
 @needs_ros2
-def test_a_listener_that_is_killed_holds_up_nobody_who_does_not_wait_for_it(ros2: Ros2) -> None:
+def test_a_killed_listener_delays_no_program_that_does_not_wait_for_it(ros2: Ros2) -> None:
     other = ros2.ready_peer("echo")
     large = sensor_msgs.JointState(position=np.zeros(100_000))
     with join(Ros.TWO, "under_test", queue=10, domain=ros2.domain) as node:

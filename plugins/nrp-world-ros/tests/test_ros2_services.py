@@ -124,7 +124,7 @@ def test_a_loop_calls_the_services_of_its_body(ros2: Ros2) -> None:
 
 @needs_ros2
 @pytest.mark.slow
-def test_a_program_of_ros_2_puts_the_robot_elsewhere_and_hears_what_is_wrong(ros2: Ros2) -> None:
+def test_a_ros_2_program_moves_the_robot_and_receives_the_reasons_of_refusals(ros2: Ros2) -> None:
     ros2.body()
     ros2 = Ros2(ros2.folder)  # the packages have been made
     place = (

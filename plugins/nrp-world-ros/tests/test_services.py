@@ -76,7 +76,7 @@ def call(ros: Ros, service: str, md5: str, request: bytes) -> tuple[bool, bytes]
 
 @needs_ros
 @pytest.mark.slow
-def test_a_node_of_ros_puts_the_robot_elsewhere_and_hears_what_is_wrong(bridged: Ros) -> None:
+def test_a_ros_node_moves_the_robot_and_receives_the_reasons_of_refusals(bridged: Ros) -> None:
     motion = struct.pack("<7d", 1.0, 2.0, 0.2, 0, 0, 0, 1) + bytes(48)
     service, md5 = "/gazebo/set_model_state", SUMS["SetModelState"]
     assert call(bridged, service, md5, text("husky") + motion + text("world")) == (True, b"\x01" + text(""))
@@ -130,7 +130,7 @@ def offered() -> Iterator[tuple[Calls, Answer, World]]:
         yield calls, node.answers["/gazebo/pause_physics"], world
 
 
-def test_a_call_that_nobody_waits_for_any_more_is_not_done(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_call_whose_caller_has_gone_is_not_executed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("nrp_world_ros.bridge.PATIENCE_S", 0.01)
     with offered() as (calls, pause, world):
         asked = pause(b"")
@@ -151,7 +151,7 @@ def test_calls_that_wait_are_refused_when_the_world_closes_and_later_ones_too() 
         assert not world.paused
 
 
-def test_calls_beyond_the_most_are_refused_at_once_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_calls_above_the_limit_are_refused_at_once_and_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("nrp_world_ros.bridge.MOST", 2)
     with offered() as (calls, pause, world):
         asked = [pause(b"") for _ in range(3)]

@@ -286,7 +286,7 @@ def test_a_spike_of_a_source_may_arrive_at_once(
 
 @pytest.mark.parametrize("lazy", ["never", "always"])
 @pytest.mark.parametrize("pre", ["s", "a"])
-def test_on_a_grid_a_delay_of_0_is_one_step_and_is_told(
+def test_on_a_grid_a_delay_of_0_is_one_step_and_is_reported(
     cells: Cells, spike_source: Cells, connect: Connect, open_brain: Open, pre: str, lazy: str
 ) -> None:
     found = []

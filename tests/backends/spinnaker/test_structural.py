@@ -105,7 +105,7 @@ KEPT = [case for case in CASES if case["name"] != "last_spikes"]
 
 
 @pytest.mark.parametrize("case", KEPT, ids=[case["name"] for case in KEPT])
-def test_what_formed_and_vanished_leads_to_the_synapses_of_the_released_functions(
+def test_formations_and_eliminations_lead_to_the_synapses_of_the_released_functions(
     case: dict[str, Any], cells: Maker, spike_source: Maker, open_brain: Open
 ) -> None:
     brain = open_brain(*network_of(case, cells, spike_source, stdp=False), semantics="released")
@@ -214,7 +214,7 @@ def test_runs_are_repeated_and_restored(cells: Maker, spike_source: Maker, open_
         ({"initial_delay_low": 0.0}, "'grown': initial_delay"),
     ],
 )
-def test_what_the_machine_cannot_rewire_is_refused(
+def test_networks_that_the_machine_cannot_rewire_are_refused(
     change: dict[str, Any], message: str, cells: Maker, spike_source: Maker, open_brain: Open, golden: Golden
 ) -> None:
     with golden.raises(CapabilityError, match=message):

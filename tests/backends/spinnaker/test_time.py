@@ -307,7 +307,7 @@ def test_a_current_that_does_not_fit_the_machine_is_an_error(
                                  "up with; a real one needs a time_scale_factor"]),
     ],
 )  # fmt: skip
-def test_times_between_steps_are_told(
+def test_times_between_steps_are_reported(
     times_ms: list[float], refractory_ms: float, step: str, told: list[str], cells: Maker,
     spike_source: Maker, connect: Connect, open_brain: Open,
 ) -> None:  # fmt: skip

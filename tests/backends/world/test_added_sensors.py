@@ -62,7 +62,7 @@ def test_a_link_has_one_sensor_of_a_name(read, golden: Golden):
         with_added_sensors(read(ARM), (AddedSensor("imu", "bob", "a"), AddedSensor("contact", "bob", "a")))
 
 
-def test_what_an_added_sensor_does_not_have_is_reported(read):
+def test_mistakes_in_an_added_sensor_are_reported(read):
     def told(*sensors):
         return [one.message for one in with_added_sensors(read(ARM), sensors).warnings]
 

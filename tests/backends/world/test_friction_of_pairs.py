@@ -46,7 +46,7 @@ def test_blocks_of_other_frictions_slide_on_one_ground(open_world, advance):
         assert world.model_motion(name).linear[0] == pytest.approx(expected, rel=0.02)
 
 
-def test_what_pybullet_cannot_have_is_a_finding():
+def test_friction_that_pybullet_does_not_support_is_a_finding():
     def found(*frictions: tuple[float, bool]) -> list[str | None]:
         models = [replace(_block(f"m{i}", mu, 0.0), static=still) for i, (mu, still) in enumerate(frictions)]
         scene, warnings = Scene(tuple(models)), Findings()

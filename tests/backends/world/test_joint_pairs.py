@@ -90,6 +90,6 @@ def test_a_world_with_a_pair_goes_back_and_repeats(open_world, advance):
     assert world.joint_states("head").positions.tolist() == there.tolist()
 
 
-def test_a_pair_of_a_joint_that_is_not_there_is_refused(golden: Golden):
+def test_a_pair_with_a_missing_joint_is_refused(golden: Golden):
     with golden.raises(SceneError, match="'version'.*'head'"):
         Scene((replace(head(), pair_controllers=(replace(pair("mean"), joints=("lft", "right")),)),))

@@ -188,7 +188,7 @@ def test_the_base_of_a_robot_that_an_experiment_fixes_touches_no_neighbour_eithe
 @pytest.mark.parametrize(
     ("place", "value"), [("build.touches_itself", lambda _: False), ("build.holders", lambda _: [])]
 )
-def test_other_neighbours_are_told_apart(tmp_path, monkeypatch, place, value):
+def test_other_neighbours_are_distinguished(tmp_path, monkeypatch, place, value):
     monkeypatch.setattr(f"nrp_world_mujoco.{place}", value)
     ours, theirs = touching(tmp_path)
     assert ours != theirs
@@ -215,6 +215,6 @@ def test_an_animal_of_a_milligram_is_too(tmp_path):
         ("mjcf_native._TENDON", {}, "qacc"),
     ],
 )
-def test_another_mechanism_is_told_apart(tmp_path, monkeypatch, place, value, told):
+def test_another_mechanism_is_distinguished(tmp_path, monkeypatch, place, value, told):
     monkeypatch.setattr(f"nrp_world_mujoco.{place}", value)
     assert animal(tmp_path)[told] > 1e-6

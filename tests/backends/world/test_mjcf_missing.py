@@ -67,21 +67,21 @@ def test_files_of_an_attached_model_are_beside_that_model(tmp_path: Path) -> Non
     assert read_scene(tmp_path / "robot.xml").warnings == ()
 
 
-def test_a_pointer_of_git_lfs_is_no_mesh_either(tmp_path: Path) -> None:
+def test_a_pointer_of_git_lfs_is_not_a_mesh(tmp_path: Path) -> None:
     (tmp_path / "assets").mkdir()
     (tmp_path / "assets" / "shell.stl").write_text("version https://git-lfs.github.com/spec/v1\noid x\n")
     (tmp_path / "robot.xml").write_text(ROBOT)
     assert "the mesh 'shell.stl' is a Git LFS pointer" in str(read_scene(tmp_path / "robot.xml").warnings[0])
 
 
-def test_a_file_that_is_no_mesh_is_still_an_error(tmp_path: Path, golden: Golden) -> None:
+def test_a_file_that_is_not_a_mesh_is_still_an_error(tmp_path: Path, golden: Golden) -> None:
     (tmp_path / "assets").mkdir()
     (tmp_path / "assets" / "shell.stl").write_text("nothing")
     with golden.raises(SceneError, match="MuJoCo"):
         told(tmp_path)
 
 
-def test_what_mujoco_says_about_files_that_it_would_write_is_not_reported(tmp_path: Path) -> None:
+def test_warnings_of_mujoco_about_saved_files_are_not_reported(tmp_path: Path) -> None:
     """Names without a prefix are right as long as the model is not saved."""
     arm = '<mujoco><worldbody><body name="b"><joint name="j"/><geom size="0.1"/></body></worldbody></mujoco>'
     (tmp_path / "arm.xml").write_text(arm)

@@ -246,7 +246,7 @@ def round_cones(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("mistake", [damped_servos, damped_springs, coarse_meshes, round_cones])
-def test_a_leg_tells_servos_springs_meshes_and_cones_of_another_kind(tmp_path, monkeypatch, mistake):
+def test_a_leg_distinguishes_servos_springs_meshes_and_cones_of_engines(tmp_path, monkeypatch, mistake):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     mistake(monkeypatch)
     found, wanted = hopped(tmp_path)
@@ -320,7 +320,7 @@ def test_mistakes_in_sections_for_mujoco_are_errors_with_their_line(tmp_path: Pa
         ('contype="1"', '<exclude body1="mast" body2="hand"/>', []),
     ],
 )
-def test_pybullet_tells_of_parts_that_would_touch_each_other(tmp_path, hand, excluded, told):
+def test_pybullet_reports_parts_that_would_collide(tmp_path, hand, excluded, told):
     """The arm touches neither of its neighbours, the mast and the hand, in MuJoCo either."""
     (tmp_path / "crane.xml").write_text(
         '<mujoco><worldbody><body name="mast"><geom size="0.1"/><joint/><body name="arm" pos="0.1 0 0">'
@@ -343,7 +343,7 @@ def test_pybullet_tells_of_parts_that_would_touch_each_other(tmp_path, hand, exc
         ('wind="1 0 0"', "0", []),
     ],
 )
-def test_pybullet_tells_that_it_has_no_inertia_of_motors_and_no_medium(tmp_path, option, armature, told):
+def test_pybullet_reports_that_it_ignores_inertia_of_motors_and_the_medium(tmp_path, option, armature, told):
     (tmp_path / "fin.xml").write_text(
         f'<mujoco><option {option}/><worldbody><body name="fin"><geom size="0.1"/><joint name="root"/>'
         f'<body pos="0.2 0 0"><joint name="flap" armature="{armature}"/><geom size="0.1"/></body></body>'
@@ -552,7 +552,7 @@ def test_bodies_of_a_file_move_as_in_mujoco_alone(tmp_path, where, attribute):
     ("where", "attribute", "told"),
     [("arm", 'gravcomp="0.4"', "gravcomp"), ("ball", 'stiffness="0.5"', "stiffness")],
 )
-def test_pybullet_reports_what_it_lacks_of_bodies(tmp_path, where, attribute, told):
+def test_pybullet_reports_unsupported_attributes_of_bodies(tmp_path, where, attribute, told):
     usual = dict.fromkeys(("compiler", "arm", "ball"), "")
     (tmp_path / "arm.xml").write_text(ALONE.format(**usual | {where: attribute}))
     with opened(read_scene(tmp_path / "arm.xml"), "pybullet") as world:

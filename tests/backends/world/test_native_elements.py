@@ -96,7 +96,7 @@ def test_a_joint_without_gains_stops_a_heavy_rotor_at_its_target(tmp_path: Path,
     assert largest < 0.201
 
 
-def test_what_mujoco_warns_of_is_a_finding_and_no_file(
+def test_a_warning_of_mujoco_is_a_finding_and_writes_no_file(
     open_in: Open, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     (here := tmp_path / "here").mkdir()

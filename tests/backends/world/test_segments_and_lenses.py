@@ -81,7 +81,7 @@ def test_a_point_is_seen_where_the_lens_puts_it(seen, lens: str) -> None:
         assert projected.ravel() == pytest.approx(expected, abs=0.5)
 
 
-def test_what_a_lens_does_not_show_is_black(seen) -> None:
+def test_pixels_outside_the_field_of_a_lens_are_black(seen) -> None:
     camera = f"<horizontal_fov>3</horizontal_fov>{CAMERA.format(80, 80)}<lens><type>equidistant</type></lens>"
     image = seen("wide_angle_camera", camera, image="s/image")["image"].data
     dark = (image == 0).all(axis=2)

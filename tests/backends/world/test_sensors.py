@@ -173,7 +173,7 @@ def moved(name: str, *, x: float = 0.0, y: float = 0.0, z: float = 0.5):
     return ModelState(name, pose)
 
 
-def test_what_is_too_near_blocks_a_laser_and_its_own_body_does_not(open_world, parts, advance):
+def test_a_near_obstacle_blocks_a_laser_and_its_own_body_does_not(open_world, parts, advance):
     near = replace(LASER, range_min=1.0)
     model = fixed(near)
     box = parts.prop("shell", Box((0.4, 0.4, 0.4))).links[0]
@@ -456,7 +456,7 @@ def test_the_share_of_messages_that_get_lost_is_as_declared(open_world, parts, a
     assert len(heard.since(-1)) / 2001 == pytest.approx(0.7, abs=4 * sqrt(0.21 / 2001))
 
 
-def test_a_sensor_that_nobody_reads_measures_nothing(open_world, parts, advance, monkeypatch):
+def test_a_sensor_without_a_reader_does_not_measure(open_world, parts, advance, monkeypatch):
     world = open_world(fixed(LASER), parts.wall(2.0))
     monkeypatch.setattr(world.engine, "_collisions", lambda: pytest.fail("a scan was made"))
     advance(world, 0.2)

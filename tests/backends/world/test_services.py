@@ -230,7 +230,7 @@ def test_a_reset_brings_back_what_was_deleted_and_forgets_what_was_spawned(open_
     assert world.model_motion("husky") == fresh.model_motion("husky")
 
 
-def test_a_subscriber_of_a_removed_model_hears_it_again_when_it_returns(
+def test_a_subscriber_of_a_removed_model_receives_messages_when_it_returns(
     open_world, parts, advance, golden: Golden
 ):
     world = open_world(room(parts))

@@ -36,7 +36,7 @@ def test_joints_whose_limits_exclude_0_start_at_rest_at_the_nearest_limit(open_w
     assert moved_into_limits(replace(model, starts=(("j", 0.5), ("k", -0.3)))) == []
 
 
-def test_joints_start_where_they_are_told_to_and_others_follow_them(open_world, read):
+def test_joints_start_at_the_given_positions_and_others_follow_them(open_world, read):
     follows = (
         '<mimic joint="j"><multiplier>2</multiplier><offset>0.1</offset><reference>0</reference></mimic>'
     )

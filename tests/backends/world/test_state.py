@@ -235,7 +235,7 @@ def test_divergence_of_a_joint_of_something_anchored_is_noticed(open_world, part
         world.run_until(20_000_000)
 
 
-def test_looking_does_not_change_what_happens(open_world, parts):
+def test_subscriptions_do_not_change_the_physics(open_world, parts):
     ends = []
     for watched in (False, True):
         world = open_world(crowded(parts), image_scale=0.1)

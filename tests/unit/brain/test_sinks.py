@@ -85,7 +85,7 @@ def test_the_receptor_chooses_sign_and_time_constant() -> None:
     assert excited.voltage > 0
 
 
-def test_only_chosen_neurons_are_heard_and_one_chosen_twice_counts_twice() -> None:
+def test_only_spikes_of_chosen_neurons_count_and_one_chosen_twice_counts_twice() -> None:
     once, twice, other = (opened(LeakyIntegratorExp(), *ids) for ids in ((1,), (1, 1), (0, 4)))
     for port in (once, twice, other):
         port.receive(spikes((1.0, 1), (2.0, 3)), 5.0)
@@ -128,7 +128,7 @@ def test_a_saved_sink_goes_on_where_it_was(pairs: list[tuple[float, int]], cut: 
 
 
 @pytest.mark.parametrize("spec", SPECS)
-def test_a_reset_sink_has_heard_nothing(spec: SinkSpec) -> None:
+def test_a_reset_sink_has_no_spikes(spec: SinkSpec) -> None:
     port, fresh = opened(spec, 0), opened(spec, 0)
     port.receive(spikes((1.0, 0)), 5.0)
     assert reading(port) != reading(fresh)

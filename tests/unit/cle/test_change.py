@@ -73,7 +73,7 @@ def integrating(name: str = "listen") -> tuple[nrp.TransferFunction, list[float]
     ), seen
 
 
-def test_a_device_on_the_same_neurons_keeps_what_it_has_heard() -> None:
+def test_a_device_on_the_same_neurons_keeps_the_spikes_that_it_received() -> None:
     never, (straight, (once, again)) = integrating(), (integrating(), (integrating(), integrating()))
     for function, successor in ((straight, None), (once, again)):
         loop = loop_of(function[0])

@@ -35,7 +35,7 @@ def add(kind: str, key: str, *, unused_s: float = 0.0) -> Path:
     return folder
 
 
-def test_what_was_unused_for_longest_makes_room(root: Path) -> None:
+def test_the_least_recently_used_files_are_removed_first(root: Path) -> None:
     old, older, new = (add("meshes", f"{n}", unused_s=n * HOUR_S) for n in (3, 4, 2))
     assert prune(to_bytes=2500) == 1000
     assert [path.exists() for path in (old, older, new)] == [True, False, True]
@@ -49,7 +49,7 @@ def test_an_entry_that_is_used_again_is_not_the_oldest(root: Path) -> None:
     assert (used.exists(), other.exists()) == (True, False)
 
 
-def test_what_a_running_process_may_read_stays(root: Path) -> None:
+def test_recently_used_files_stay_in_the_cache(root: Path) -> None:
     recent, model = add("mjcf", "a", unused_s=HOUR_S / 2), add("unpacked", "b", unused_s=48 * HOUR_S)
     assert prune(to_bytes=0) == 0
     assert recent.exists()

@@ -235,7 +235,7 @@ def test_a_parameter_is_explained_with_its_value_and_who_set_it(nrp, folder, tmp
         (("cells", "-s", "brain.parameters.cells=3"), 3, "cells is 3; it must be 4..100"),
     ],
 )
-def test_a_parameter_that_is_not_there_or_does_not_fit_is_told(nrp, folder, arguments, code, message):
+def test_a_missing_or_unsuitable_parameter_is_reported(nrp, folder, arguments, code, message):
     done = nrp("explain", folder, *arguments)
     assert done.code == code
     assert message in " ".join(done.err.split())
@@ -247,7 +247,7 @@ def test_a_code_has_no_parameters_and_a_recording_its_own_values(nrp, folder, tm
     assert nrp("explain", tmp_path / "out", "cells", "-s", "brain.parameters.cells=5").code == 2
 
 
-def test_a_declaration_that_cannot_be_read_is_told_by_inspect_and_explain(nrp, folder):
+def test_inspect_and_explain_report_a_declaration_that_cannot_be_read(nrp, folder):
     file = folder / "brain.py"
     file.write_text(BRAIN.replace('"delay", 1.0', '"delay", 2 * cells'))
     for command in ("inspect", "explain"):

@@ -49,7 +49,7 @@ def slower(recorded: Path, tmp_path: Path) -> Path:
         (("-o", "run.png", "--dpi", 50, "--panels", "timeline"), ""),
     ],
 )
-def test_options_of_figures_without_effect_are_told(
+def test_options_of_figures_without_effect_are_reported(
     nrp: Nrp, recorded: Path, options: tuple[str, ...], words: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(recorded.parent)

@@ -25,7 +25,7 @@ def test_a_visible_text_has_no_control_characters_and_others_are_kept(text: str)
     assert is_plain(text) == (visible(text) == text) or not text.isprintable()
 
 
-def test_whatever_a_command_prints_keeps_colours_only(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_output_of_a_command_keeps_only_colours(capsys: pytest.CaptureFixture[str]) -> None:
     with plain_streams():
         print(HOSTILE)
         sys.stderr.write(f"{HOSTILE}\n")

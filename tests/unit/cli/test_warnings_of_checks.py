@@ -76,7 +76,7 @@ def test_a_warning_about_a_line_that_failed_is_not_repeated(
     assert Path(problem["path"]).read_text().splitlines()[problem["line"] - 1].strip() == "turn.w = 1.0"
 
 
-def test_an_error_is_followed_by_the_doubts_that_may_be_its_cause(nrp: Nrp, experiment: Path) -> None:
+def test_an_error_is_followed_by_the_warnings_that_may_explain_it(nrp: Nrp, experiment: Path) -> None:
     robot = next(path for path in experiment.glob("*.sdf") if "<plugin" in path.read_text())
     text = robot.read_text()
     robot.write_text(text.replace('filename="', 'filename="other_'))
@@ -87,7 +87,7 @@ def test_an_error_is_followed_by_the_doubts_that_may_be_its_cause(nrp: Nrp, expe
     assert "is unknown and has no effect [NRP260]" in done.err
 
 
-def test_a_check_that_fails_is_told_and_the_run_takes_place(
+def test_a_check_that_fails_is_reported_and_the_run_takes_place(
     nrp: Nrp, experiment: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fails(*_: object) -> None:
@@ -99,14 +99,14 @@ def test_a_check_that_fails_is_told_and_the_run_takes_place(
     assert "the check of the experiment failed: ZeroDivisionError: in a check [NRP239]" in done.out
 
 
-def test_a_long_run_that_was_asked_for_with_a_unit_is_said_once(nrp: Nrp, experiment: Path) -> None:
+def test_a_long_duration_with_a_unit_is_reported_once(nrp: Nrp, experiment: Path) -> None:
     done = nrp("run", experiment, "-s", "duration=100ms", "-s", "criteria=null", "--until", "2s")
     assert done.out.count("the duration of the experiment is 0.1 s [NRP279]") == 1
     assert "duration" not in done.err
 
 
 @pytest.mark.parametrize(("until_ms", "doubts_told"), [(100, 1), (300, 0)])
-def test_an_event_is_not_doubted_if_the_run_goes_on_until_then(
+def test_an_event_within_the_extended_run_is_not_reported(
     nrp: Nrp, experiment: Path, until_ms: int, doubts_told: int
 ) -> None:
     late = "{at: 200 ms, publish: {topic: /husky/cmd_vel, value: {linear: {x: 1}}}}"

@@ -51,7 +51,7 @@ def function_with(load: Load, body: str, projection: str = "learned", settings: 
         ("pass", []),
     ],
 )
-def test_what_a_function_sets_is_added_once_it_has_returned(
+def test_a_reward_is_added_after_its_function_has_returned(
     load: Load, body: str, expected: list[float]
 ) -> None:
     brain = MockBrain(network())

@@ -39,7 +39,7 @@ def subscribed(initial: Any = None) -> tuple[MockWorld, SubscribedTopic]:
     return world, SubscribedTopic(world, Topic("/x"), initial)
 
 
-def test_before_the_first_message_the_value_is_none_or_what_was_asked_for() -> None:
+def test_before_the_first_message_the_value_is_none_or_the_given_default() -> None:
     _, topic = subscribed()
     topic.refresh(0)
     assert (topic.value, topic.changed) == (None, False)

@@ -40,7 +40,7 @@ def test_cells_that_nothing_drives_are_found_although_others_are_driven_and_read
     assert "no cell of the population 'feelers' can fire, and its synapses transmit none" in found
 
 
-def test_a_brain_that_no_function_uses_is_not_doubted(check: Check) -> None:
+def test_a_brain_that_no_function_uses_is_not_reported(check: Check) -> None:
     """As in an environment whose agent drives the robot itself."""
     assert (
         check(Code.NRP377, "experiment.yaml", ("transfer_functions: [steer.py]", "transfer_functions: []"))

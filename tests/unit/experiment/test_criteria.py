@@ -204,9 +204,7 @@ def test_a_topic_that_never_carries_a_message_does_not_stay_in_its_range(world: 
 @pytest.mark.parametrize(
     ("wrong", "message"), [({"name": "/levle"}, "'/level'"), ({"field": "x"}, "no field 'x'")]
 )
-def test_a_topic_or_field_that_is_not_there_is_refused(
-    world: World, wrong: dict[str, str], message: str
-) -> None:
+def test_a_missing_topic_or_field_is_refused(world: World, wrong: dict[str, str], message: str) -> None:
     world.declare("/level", Float64)
     around = Surroundings(world, GroundPositions(world))
     with pytest.raises(TopicError, match=message):

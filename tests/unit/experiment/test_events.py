@@ -180,7 +180,7 @@ def test_a_topic_can_be_awaited_to_say_exactly_something(
          "'wall/body/glas'.*'wall/body/glass'"),
     ],
 )  # fmt: skip
-def test_an_event_that_refers_to_what_is_not_there_is_refused(
+def test_an_event_that_refers_to_a_missing_thing_is_refused(
     add: Add, fields: dict[str, Any], error: type[Exception], message: str, golden: Golden
 ) -> None:
     with golden.raises(error, match=message):

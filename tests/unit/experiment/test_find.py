@@ -162,7 +162,7 @@ def test_overrides_of_one_key_that_are_given_together_are_refused(begin: Any, go
         begin("braitenberg_husky", ["seed=1", "pace=max", "seed = 2"])
 
 
-def test_a_recording_with_the_name_of_an_installed_experiment_is_not_told(
+def test_a_recording_with_the_name_of_an_installed_experiment_is_not_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -182,7 +182,7 @@ def test_a_recording_with_the_name_of_an_installed_experiment_is_not_told(
         ("slalom_pioneer", "another/experiment.yaml", False),
     ],
 )
-def test_an_installed_experiment_with_the_name_of_a_folder_here_is_told(
+def test_an_installed_experiment_with_the_name_of_a_local_folder_is_reported(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     caplog: pytest.LogCaptureFixture,

@@ -19,7 +19,7 @@ def lost(run: Run) -> list[str]:
     return [one.message for one in run.problems if one.code.name == "NRP282"]
 
 
-def test_a_message_after_the_last_step_is_told_in_the_result_and_at_the_end(
+def test_a_message_after_the_last_step_is_reported_in_the_result_and_at_the_end(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     with Run(load_experiment("slalom_pioneer")) as run:
@@ -30,7 +30,7 @@ def test_a_message_after_the_last_step_is_told_in_the_result_and_at_the_end(
     assert logged(caplog) == [text]
 
 
-def test_a_message_that_acts_is_not_doubted(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_message_that_has_an_effect_is_not_reported(caplog: pytest.LogCaptureFixture) -> None:
     with Run(load_experiment("slalom_pioneer")) as run:
         run.activate("drive", active=False)
         run.publish("/pioneer/cmd_vel", COMMAND)
@@ -39,7 +39,7 @@ def test_a_message_that_acts_is_not_doubted(caplog: pytest.LogCaptureFixture) ->
     assert logged(caplog) == []
 
 
-def test_a_command_that_a_function_replaces_is_told() -> None:
+def test_a_command_that_a_function_replaces_is_reported() -> None:
     with Run(load_experiment("slalom_pioneer")) as run:
         run.publish("/pioneer/cmd_vel", COMMAND)
         run.run_until(0.2)

@@ -47,7 +47,7 @@ def test_problems_of_one_code_are_one_line_unless_details_are_asked_for() -> Non
     assert [len(group.findings) for group in grouped(judgement.problems)] == [1, 2]
 
 
-def test_a_summary_has_five_lines_besides_those_of_what_is_missing() -> None:
+def test_a_summary_has_five_lines_besides_those_of_missing_things() -> None:
     codes = [Code.NRP210, Code.NRP212, Code.NRP216, Code.NRP204, Code.NRP217, Code.NRP237, Code.NRP297]
     found = ordered([GHOST, *(Finding(code, code.name, Level.WARNING) for code in codes)])
     missing, *others = [line for _, line in lines_of(found)]
@@ -59,7 +59,7 @@ def test_a_summary_has_five_lines_besides_those_of_what_is_missing() -> None:
     assert all(f"[{code.name}]" in every for code in codes)
 
 
-def test_what_differs_in_models_shares_a_line_if_there_are_too_many() -> None:
+def test_findings_about_models_share_a_line_if_there_are_too_many() -> None:
     codes = [Code.NRP210, Code.NRP258, Code.NRP264, Code.NRP291, Code.NRP297, Code.NRP237]
     found = ordered(Finding(code, code.name, Level.WARNING) for code in codes)
     found = tuple(replace(each, count=4) if each.code is Code.NRP264 else each for each in found)
@@ -103,7 +103,7 @@ def test_a_result_of_version_0_1_is_judged_by_its_failures() -> None:
     assert [problem.code for problem in judgement.problems] == [Code.NRP272, Code.NRP278]
 
 
-def test_nothing_is_known_of_a_bare_file() -> None:
+def test_a_file_without_metadata_has_no_judgement() -> None:
     assert recorded_judgement({}, 3.0) is None
 
 
@@ -156,7 +156,7 @@ def test_an_event_that_never_happened_is_a_remark_at_the_end(
          ["the event 'other' never happened, and so not 'late'"]),
     ],
 )  # fmt: skip
-def test_an_event_that_was_doubted_is_not_told_again_at_the_end(
+def test_an_event_with_a_warning_is_not_reported_again_at_the_end(
     fakes: None, drive_to_the_wall: Path, late: str, messages: list[str]
 ) -> None:
     file = drive_to_the_wall / "late.yaml"

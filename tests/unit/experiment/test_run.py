@@ -167,7 +167,7 @@ def test_a_run_goes_on_after_its_result_was_asked_for_at_the_end(open_run: Open,
 
 
 @pytest.mark.parametrize(("t_s", "doubted"), [(0.2, False), (4.5, False), (31.0, True)])
-def test_a_time_far_beyond_the_experiment_is_doubted(
+def test_a_time_far_beyond_the_experiment_causes_a_warning(
     open_run: Open, t_s: float, doubted: bool, caplog: pytest.LogCaptureFixture
 ) -> None:
     with caplog.at_level("WARNING", "nrp_core.experiment"):

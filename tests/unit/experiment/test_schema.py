@@ -58,7 +58,7 @@ def test_a_file_that_extends_another_need_not_repeat_it(schema: dict[str, Any]) 
     assert all({"type": "null"} in value["anyOf"] for value in named.values())
 
 
-def test_whatever_can_be_missing_can_be_removed_by_null(schema: dict[str, Any]) -> None:
+def test_optional_keys_can_be_removed_by_null(schema: dict[str, Any]) -> None:
     properties = schema["properties"]
     for key in ("events", "aliases", "transfer_functions", "seed", "pace"):
         assert "null" in properties[key]["type"], key

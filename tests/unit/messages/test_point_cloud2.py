@@ -39,7 +39,7 @@ def test_clouds_of_others_are_read_with_gaps_several_numbers_and_either_byte_ord
     assert points["uv"].tolist() == [[1, -2]] * 2
 
 
-def test_a_field_that_is_not_there_is_named(golden: Golden) -> None:
+def test_a_missing_field_is_named(golden: Golden) -> None:
     with golden.raises(ValueError, match="'ux'.*'x'"):
         read_points(big_endian([1.0]), ["ux"])
 

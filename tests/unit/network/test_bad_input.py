@@ -226,7 +226,7 @@ def test_a_mistake_is_one_error_with_its_line_and_what_would_be_right(text: str,
         ("sim.native_cell_type('iaf_psc_alpha')()", "the nearest standard model is IF_curr_alpha"),
     ],
 )
-def test_a_model_that_there_is_not_names_the_nearest(text: str, message: str, tmp_path: Path) -> None:
+def test_an_unknown_model_is_refused_with_the_nearest_name(text: str, message: str, tmp_path: Path) -> None:
     error = error_of(text, tmp_path)
     assert isinstance(error, CapabilityError)
     assert message in str(error)
@@ -234,7 +234,7 @@ def test_a_model_that_there_is_not_names_the_nearest(text: str, message: str, tm
 
 @given(st.sampled_from(list(CELLS)), st.data())
 @settings(max_examples=50, suppress_health_check=[HealthCheck.too_slow], deadline=None)
-def test_whatever_parameter_is_nan_is_named_with_its_cell(cell: str, data: st.DataObject) -> None:
+def test_a_parameter_that_is_nan_is_named_with_its_cell(cell: str, data: st.DataObject) -> None:
     sim = builder()
     model = getattr(sim, cell)
     names = sorted(name for name in model.default_parameters if name != "spike_times")

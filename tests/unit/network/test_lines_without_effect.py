@@ -40,7 +40,7 @@ stdp = lambda: sim.STDPMechanism(
 
 
 @pytest.mark.parametrize("line", [*IN_VAIN, *AS_MEANT])
-def test_a_line_of_a_script_that_has_no_effect_is_told(line: str, tmp_path: Path) -> None:
+def test_a_line_of_a_script_without_effect_is_reported(line: str, tmp_path: Path) -> None:
     path = tmp_path / "brain.py"
     path.write_text(SCRIPT + line + "\n")
     assert load_network(path).remarks == ((IN_VAIN[line],) if line in IN_VAIN else ())
@@ -54,7 +54,7 @@ def test_a_line_of_a_script_that_has_no_effect_is_told(line: str, tmp_path: Path
         ({"gian": 2.0}, ("no parameter 'gian', so its value has no effect; did you mean 'gain'?",)),
     ],
 )
-def test_a_value_for_a_parameter_that_a_script_does_not_declare_is_told(
+def test_a_value_for_an_undeclared_parameter_is_reported(
     given: dict[str, float], told: tuple[str, ...], tmp_path: Path
 ) -> None:
     path = tmp_path / "brain.py"
@@ -73,7 +73,7 @@ def test_a_value_for_a_parameter_that_a_script_does_not_declare_is_told(
         ({"pair": "0:2"}, 0),
     ],
 )
-def test_a_selection_that_hides_other_cells_of_its_name_is_told(
+def test_a_selection_that_hides_other_cells_of_its_name_is_reported(
     populations: dict[str, str], told: int, tmp_path: Path
 ) -> None:
     path = tmp_path / "brain.py"

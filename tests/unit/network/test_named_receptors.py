@@ -35,7 +35,7 @@ def test_a_file_keeps_them(tmp_path: Path) -> None:
     assert kept.digest == network().digest
 
 
-def test_those_that_pynn_lists_as_inhibitory_inhibit() -> None:
+def test_receptors_that_pynn_lists_as_inhibitory_inhibit() -> None:
     shown = {one.label: projection_data(one)["excites"] for one in network().projections}
     assert shown == {"AMPA": True, "GABAA": False}
 

@@ -232,7 +232,7 @@ def test_a_small_world_without_rewiring_is_a_lattice() -> None:
     assert wiring.size == 20 + 2 * 19
 
 
-def test_a_small_world_with_rewiring_has_as_many_synapses_some_of_them_far() -> None:
+def test_rewiring_a_small_world_keeps_its_number_of_synapses_and_makes_some_long() -> None:
     (wiring,) = network_of(lambda sim, rng: sim.SmallWorldConnector(2, 0.5)).projections
     far = abs(wiring.pre_index - wiring.post_index) >= 2
     assert wiring.size == 20 + 2 * 19

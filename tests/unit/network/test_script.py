@@ -325,7 +325,7 @@ def test_a_network_is_made_as_data_or_with_pynn_but_not_both(tmp_path: Path, gol
 
 
 @pytest.mark.parametrize("seed", [1.5, "7", True, None])
-def test_a_seed_that_is_no_integer_is_refused(tmp_path: Path, seed: Any, golden: Golden) -> None:
+def test_a_seed_that_is_not_an_integer_is_refused(tmp_path: Path, seed: Any, golden: Golden) -> None:
     with golden.raises(ExperimentError):
         load(tmp_path, RANDOM, seed=seed)
     one, same = (load(tmp_path, RANDOM, seed=number) for number in (np.int64(3), 3))

@@ -121,7 +121,7 @@ def test_possible_arguments_are_accepted(cells: Cells, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("structure", "told"), [(lambda: sim.Line(dx=0), True), (lambda: sim.Grid3D(dx=0, dy=1.0), False)]
 )
-def test_cells_at_one_place_are_told(structure: Callable[[], Any], told: bool, cells: Cells) -> None:
+def test_cells_at_one_place_are_reported(structure: Callable[[], Any], told: bool, cells: Cells) -> None:
     sim.Population(8, sim.IF_curr_exp(), structure=structure(), label="line")
     sim.Population(1, sim.IF_curr_exp(), structure=structure(), label="single")
     remarks = [one for one in sim.network().remarks if "at one place" in one]

@@ -164,7 +164,7 @@ def test_images_are_taken_at_moments_that_matter_and_the_gaps_between() -> None:
     assert image_times(Story({}), 3) == [0.0]
 
 
-def test_there_are_at_most_as_many_images_as_the_camera_took(recording: Recording) -> None:
+def test_each_image_of_the_camera_is_returned_once(recording: Recording) -> None:
     taken = camera_images(recording, [0.0, 0.001, 0.2, 9.0])
     assert [round(one.t_s, 3) for one in taken] == [0.0, 0.2, 0.4]
     assert all(one.pixels.shape == (2, 2, 3) for one in taken)
@@ -458,9 +458,7 @@ def test_images_show_the_events_of_a_run() -> None:
     assert 31.4 in image_times(story, 8)
 
 
-def test_a_figure_has_the_size_the_resolution_and_the_panels_that_are_wanted(
-    recording: Recording, tmp_path: Path
-) -> None:
+def test_a_figure_has_the_requested_size_resolution_and_panels(recording: Recording, tmp_path: Path) -> None:
     size = size_inches("127x76.2mm")
     options = PlotOptions(size_inches=size, dpi=100, panels=(Panel.SPIKES,))
     plot(recording, tmp_path / "small.png", options=options)

@@ -67,7 +67,7 @@ def test_raw_messages_of_a_topic_that_was_not_recorded_are_warned_of(
 
 
 @pytest.mark.parametrize("misspelt", ["", "s"])
-def test_a_topic_that_is_not_in_a_recording_is_told(
+def test_a_topic_that_is_not_in_a_recording_is_reported(
     folder: Path, misspelt: str, caplog: pytest.LogCaptureFixture
 ) -> None:
     topic = next(iter(counts(folder)))
@@ -227,7 +227,7 @@ def test_topics_may_come_from_an_iterator(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("topics", [3, {None}, [b"/clock"]])
-def test_topics_that_are_no_names_are_refused(topics: Any, folder: Path, golden: Golden) -> None:
+def test_topics_that_are_not_names_are_refused(topics: Any, folder: Path, golden: Golden) -> None:
     with golden.raises(ExperimentError):
         Recording(folder).messages(topics)
 

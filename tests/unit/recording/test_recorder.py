@@ -183,7 +183,7 @@ def test_a_topic_without_a_listener_is_not_recorded(rig: Any) -> None:
     assert not recorded(rig, "/husky/odom")
 
 
-def test_closing_leaves_the_run_as_if_nobody_had_listened(rig: Any) -> None:
+def test_closing_removes_the_devices_and_subscriptions_of_the_recorder(rig: Any) -> None:
     devices = len(rig.brain.devices)
     rig.recorder.close()
     rig.recorder.close()

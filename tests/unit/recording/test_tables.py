@@ -75,7 +75,7 @@ def test_numbers_in_arrays_have_the_names_of_their_topic_or_of_the_axes_of_their
     assert list(dict(numbers_in(table))) == ["data.0", "data.1", "data.2", "data.3"]
 
 
-def test_covariances_bytes_and_lists_of_messages_are_no_numbers() -> None:
+def test_covariances_bytes_and_lists_of_messages_are_not_numbers() -> None:
     assert not any("covariance" in path for path, _ in numbers_in(Odometry()))
     assert not any("covariance" in path for path, _ in numbers_in(Imu()))
     cloud = PointCloud2(data=np.zeros(16, np.uint8), fields=[PointField(name="x")])
@@ -89,9 +89,7 @@ def test_units_are_those_of_the_definitions_of_ros() -> None:
     assert units["orientation.x"] == ""
 
 
-def test_a_topic_that_is_not_there_is_refused_with_the_nearest_name(
-    recording: Recording, golden: Golden
-) -> None:
+def test_an_unknown_topic_is_refused_with_the_nearest_name(recording: Recording, golden: Golden) -> None:
     with golden.raises(ExperimentError, match=r"\{'/husky/cmd_vel'\}"):
         next(recording.messages("/husky/cmd_vel"))
     assert next(recording.messages({"/husky/cmd_vel"})).topic == "/husky/cmd_vel"

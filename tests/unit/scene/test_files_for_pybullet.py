@@ -60,7 +60,7 @@ def test_only_a_mass_of_0_keeps_a_thing_in_place(tmp_path: Path, mass: float, st
     assert read(tmp_path, f'<link name="base">{MASS.format(mass)}{box}</link>').static is static
 
 
-def test_a_visual_without_a_size_is_left_out_and_said(tmp_path: Path, golden: Golden) -> None:
+def test_a_visual_without_a_size_is_left_out_and_reported(tmp_path: Path, golden: Golden) -> None:
     shapes = "".join(f'<visual><geometry><sphere radius="{r}"/></geometry></visual>' for r in ("0.0", "2"))
     found = read(tmp_path, f'<link name="base">{MASS.format(1)}{shapes}</link>')
     assert [(each.name, each.pose) for each in found.links[0].visuals] == [("base_visual_1", Pose())]

@@ -49,7 +49,7 @@ def test_scopes_in_names_are_refused_as_from_sdf_1_8(model: ModelReader, golden:
     assert model(LINK + plugin, version="1.8").warnings == ()
 
 
-def test_parts_that_would_touch_or_stand_still_in_gazebo_are_told(model: ModelReader) -> None:
+def test_parts_that_would_collide_or_be_static_in_gazebo_are_reported(model: ModelReader) -> None:
     nested = '<model name="{0}"><static>{1}</static><link name="l"><inertial/></link></model>'
     usual = f"<self_collide>0</self_collide>{LINK}" + nested.format("a", "false")
     assert model(usual).warnings == ()

@@ -68,7 +68,7 @@ def test_strips_and_fans_are_triangles_that_face_the_same_way(
         b"glTF\2\0\0\0",
     ],
 )
-def test_what_cannot_be_read_is_refused_with_the_reason(tmp_path: Path, data: bytes, golden: Golden) -> None:
+def test_an_unreadable_file_is_refused_with_the_reason(tmp_path: Path, data: bytes, golden: Golden) -> None:
     (tmp_path / "a.gltf").write_bytes(data)
     with golden.raises(SceneError):
         mesh_pieces(tmp_path / "a.gltf", Wanted("whole"))

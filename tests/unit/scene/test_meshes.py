@@ -486,7 +486,7 @@ def test_a_damaged_file_is_read_or_refused_but_never_crashes(suffix: str, data: 
 
 
 @pytest.mark.parametrize("number", [b"\0\0\x81\x7f", b"\0\0\x80\x7f", b"\0\0\xc0\x7f"])
-def test_a_triangle_of_gltf_whose_corner_is_no_number_is_left_out(number: bytes) -> None:
+def test_a_triangle_of_gltf_with_a_corner_that_is_not_a_number_is_left_out(number: bytes) -> None:
     """A signalling nan, an infinity and a quiet nan in the corner that only one triangle has."""
     corners = square_gltf.CORNERS.tobytes()
     damaged = square_gltf.binary_file({}).replace(corners, corners[:36] + number + corners[40:])

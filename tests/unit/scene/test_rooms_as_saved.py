@@ -60,13 +60,13 @@ def test_a_static_model_within_one_that_moves_is_a_warning(tmp_path):
 
 
 @pytest.mark.parametrize("kind", ["directional", "point"])
-def test_the_cone_of_what_is_no_spot_is_not_read(tmp_path, kind):
+def test_only_spot_lights_have_a_cone(tmp_path, kind):
     cone = "<spot><inner_angle>0</inner_angle><outer_angle>0</outer_angle><falloff>0</falloff></spot>"
     scene = _scene(tmp_path, f'<light name="sun" type="{kind}">{cone}</light>')
     assert [light.kind for light in scene.lights] == [kind]
 
 
-def test_the_friction_of_gazebos_ground_is_no_warning(tmp_path):
+def test_the_friction_of_gazebos_ground_causes_no_warning(tmp_path):
     surface = "<surface><friction><ode><mu>100</mu><mu2>50</mu2></ode></friction></surface>"
     ground = f"""<link name="l"><collision name="c"><geometry><plane><normal>0 0 1</normal></plane></geometry>
     {surface}</collision></link>"""

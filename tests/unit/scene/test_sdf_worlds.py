@@ -218,7 +218,7 @@ def test_the_ground_and_the_sun_of_gazebo_are_there(world: WorldReader) -> None:
     assert scene.warnings == ()
 
 
-def test_a_model_that_is_not_there_is_named_with_where_it_was_looked_for(
+def test_a_missing_model_is_named_with_the_folders_that_were_searched(
     world: WorldReader, tmp_path: Path, golden: Golden
 ) -> None:
     with golden.raises(SceneError, match="'model://husky'") as refusal:
@@ -227,7 +227,7 @@ def test_a_model_that_is_not_there_is_named_with_where_it_was_looked_for(
     assert str(tmp_path) in str(refusal.value)
 
 
-def test_a_lenient_reader_leaves_models_out_that_are_not_there_and_names_each_once(
+def test_a_lenient_reader_leaves_out_missing_models_and_names_each_once(
     world: WorldReader, write: Writer, golden: Golden
 ) -> None:
     write(f'<model name="box">{LINK}</model>', name="box.sdf")

@@ -151,5 +151,7 @@ def test_a_value_of_urdf_in_another_place_is_reported(
         ),
     ],
 )
-def test_a_misspelt_type_is_told_with_what_is_meant(tmp_path: Path, old: str, new: str, words: str) -> None:
+def test_a_misspelt_type_is_reported_with_the_right_spelling(
+    tmp_path: Path, old: str, new: str, words: str
+) -> None:
     assert any(words in one for one in _edited(tmp_path, "pan_tilt.sdf", old, new))

@@ -40,7 +40,7 @@ def test_a_collision_without_bits_touches_nothing_but_has_its_mass(model: ModelR
         ),
     ],
 )
-def test_contacts_that_are_not_simulated_are_told(model: ModelReader, surface: str, told: str) -> None:
+def test_contacts_that_are_not_simulated_are_reported(model: ModelReader, surface: str, told: str) -> None:
     read = model(BALL.format(surface))
     (warning,) = read.warnings
     assert str(warning).split(": ", 1)[1].startswith(told)
@@ -81,6 +81,6 @@ def test_a_category_is_what_a_collision_touches_unless_the_file_says_more(
     assert ((shape.category, shape.touched), warnings) == (bits, ())
 
 
-def test_bits_that_are_no_number_are_refused(model: ModelReader, golden: Golden) -> None:
+def test_bits_that_are_not_a_number_are_refused(model: ModelReader, golden: Golden) -> None:
     with golden.raises(SceneError, match=r"robot\.sdf:5: <collide_bitmask>"):
         model(BALL.format(CONTACT.format("<collide_bitmask>none</collide_bitmask>")))

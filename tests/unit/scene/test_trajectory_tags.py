@@ -80,7 +80,7 @@ def test_that_of_gazebo_classic_leads_all_joints(
     assert read == TrajectoryController("p", topic, ("turn", "lift"))
 
 
-def test_joints_that_cannot_be_led_are_warned_of_and_those_that_are_not_there_refused(
+def test_joints_that_cannot_be_commanded_cause_warnings_and_missing_joints_are_refused(
     arm: Callable[[str], Model],
     golden: Golden,
 ) -> None:
@@ -231,9 +231,7 @@ def test_topics_of_controllers_are_remapped_as_in_ros_2(
     assert drive.command_topic == topic
 
 
-def test_a_file_of_controllers_that_is_not_there_is_warned_of(
-    urdf: Callable[..., Model], golden: Golden
-) -> None:
+def test_a_missing_file_of_controllers_causes_a_warning(urdf: Callable[..., Model], golden: Golden) -> None:
     (warning,) = urdf(plugin("gazebo_ros_control", "gone.yaml")).warnings
     assert "'gone.yaml'" in str(warning)
     golden(str(warning))

@@ -79,7 +79,7 @@ def test_a_link_that_weighs_nothing_in_urdf_hardly_weighs_anything_if_it_moves(
     golden(str(model.warnings[0]))
 
 
-def test_a_block_of_the_world_is_no_mistake(tmp_path: Path) -> None:
+def test_a_block_of_the_world_is_not_reported(tmp_path: Path) -> None:
     held = '<joint name="held" type="fixed"><parent link="world"/><child link="base"/></joint>'
     model = read_model(robot(tmp_path, f'<link name="world"/>{held}<gazebo reference="world"/>'))
     assert model.warnings == ()
@@ -158,7 +158,7 @@ def test_sources_of_a_package_have_its_files_one_folder_deeper(
 
 
 @pytest.mark.parametrize(("value", "told"), [("true", True), ("1", True), ("0", False), ("false", False)])
-def test_parts_that_would_touch_each_other_in_gazebo_are_told(tmp_path: Path, value: str, told: bool) -> None:
+def test_parts_that_would_collide_in_gazebo_are_reported(tmp_path: Path, value: str, told: bool) -> None:
     block = f'<gazebo reference="left_link"><selfCollide>{value}</selfCollide></gazebo>'
     read = read_model(robot(tmp_path, block))
     assert [f"<self_collide> {value} of a <link> is not" in str(each) for each in read.warnings] == [
@@ -265,7 +265,7 @@ def test_an_origin_may_have_a_quaternion(tmp_path: Path, golden: Golden) -> None
         )
 
 
-def test_limits_of_acceleration_are_no_mistake(tmp_path: Path) -> None:
+def test_limits_of_acceleration_are_not_reported(tmp_path: Path) -> None:
     file = robot(tmp_path, "")
     file.write_text(file.read_text().replace('velocity="1"', 'velocity="1" acceleration="4" jerk="9"'))
     assert read_model(file).warnings == ()

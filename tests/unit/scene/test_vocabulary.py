@@ -113,7 +113,9 @@ _LINK = f'<link name="l"><collision name="c">{_BOX}{{}}</collision></link>'
         ("", "<surface>0.7</surface>", "the text '0.7' in <surface>, which holds elements, is ignored"),
     ],
 )  # fmt: skip
-def test_what_is_not_of_sdf_is_reported(tmp_path: Path, world: str, collision: str, said: str) -> None:
+def test_unknown_elements_and_attributes_of_sdf_are_reported(
+    tmp_path: Path, world: str, collision: str, said: str
+) -> None:
     path = tmp_path / "room.sdf"
     path.write_text(_WORLD.format(world, _LINK.format(collision)))
     found = _said(path)
@@ -135,7 +137,7 @@ def test_what_is_not_of_sdf_is_reported(tmp_path: Path, world: str, collision: s
         ("", "<gz:own><thing>1</thing></gz:own>"),
     ],
 )  # fmt: skip
-def test_what_is_of_sdf_is_not_reported(tmp_path: Path, world: str, collision: str) -> None:
+def test_elements_and_attributes_of_sdf_are_not_reported(tmp_path: Path, world: str, collision: str) -> None:
     path = tmp_path / "room.sdf"
     path.write_text(_WORLD.format(world, _LINK.format(collision)))
     assert _said(path) == set()
@@ -204,7 +206,9 @@ def _robot(folder: Path, **parts: str) -> set[str]:
          "<stiffness> has no attribute 'vlaue': ignored; did you mean 'value'?"),
     ],
 )  # fmt: skip
-def test_what_is_not_of_urdf_is_reported(tmp_path: Path, part: str, text: str, said: str) -> None:
+def test_unknown_elements_and_attributes_of_urdf_are_reported(
+    tmp_path: Path, part: str, text: str, said: str
+) -> None:
     assert any(said in one for one in _robot(tmp_path, **{part: text})), _robot(tmp_path, **{part: text})
 
 
@@ -224,5 +228,5 @@ def test_what_is_not_of_urdf_is_reported(tmp_path: Path, part: str, text: str, s
         ("link", f'{_MASS}<contact><lateral_friction value="1"/><friction_anchor/></contact>'),
     ],
 )  # fmt: skip
-def test_what_is_of_urdf_is_not_reported(tmp_path: Path, part: str, text: str) -> None:
+def test_elements_and_attributes_of_urdf_are_not_reported(tmp_path: Path, part: str, text: str) -> None:
     assert _robot(tmp_path, **{part: text}) == set()

@@ -192,6 +192,6 @@ def test_no_file_takes_gigabytes_or_minutes(expand: Expand, body: str) -> None:
         ("${max([max([j * i for j in range(10**4)]) for i in range(10**4)])}", "steps"),
     ],
 )
-def test_a_refusal_names_what_is_refused(expand: Expand, golden: Golden, text: str, match: str) -> None:
+def test_a_refusal_names_the_refused_thing(expand: Expand, golden: Golden, text: str, match: str) -> None:
     with golden.raises(SceneError, match=match):
         expand(link(text))

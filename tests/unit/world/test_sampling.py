@@ -129,7 +129,7 @@ def test_an_ended_subscription_costs_nothing_and_ends_once(room: Any) -> None:
     assert room.subscribed == frozenset()
 
 
-def test_an_image_is_a_ros_image_that_nobody_can_scribble_on(room: Any) -> None:
+def test_an_image_is_a_read_only_ros_image(room: Any) -> None:
     images = room.subscribe("/husky/camera")
     room.run_until(40 * MS)
     image = images.latest.message

@@ -39,7 +39,7 @@ def test_a_package_adds_a_service_by_an_entry_point(install: Install) -> None:
         assert world.call("/gazebo/get_world_properties").success
 
 
-def test_two_services_of_one_name_are_refused_with_who_adds_the_second(
+def test_a_second_service_of_the_same_name_is_refused_with_its_provider(
     install: Install, golden: Golden
 ) -> None:
     install(

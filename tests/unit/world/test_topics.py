@@ -61,7 +61,7 @@ def test_each_message_is_taken_once_in_order(acts: list[float | str]) -> None:
         assert subscription.has_news == (len(taken) < len(sent))
 
 
-def test_messages_that_nobody_takes_are_dropped_after_a_while_and_counted() -> None:
+def test_messages_that_are_not_taken_are_dropped_later_and_counted() -> None:
     subscription = Subscription(NUMBER, None)
     subscription.keep_ns = 10
     for t_ns in range(100):

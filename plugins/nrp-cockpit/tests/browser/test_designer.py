@@ -292,7 +292,7 @@ def test_wires_show_the_latest_values_of_the_run(watched: Watched) -> None:
         expect(sent).to_have_text(re.compile(r"^vx \d\.\d+ωz (-?\d\.\d+|0)$"))
 
 
-def test_a_shipped_model_that_is_typed_in_is_no_change_and_what_is_wrong_has_a_badge(
+def test_a_shipped_model_that_is_typed_in_is_unchanged_and_mistakes_have_a_badge(
     drawn: tuple[Hand, Path], studio: str, tmp_path: Path
 ):
     hand, _ = drawn
@@ -365,7 +365,7 @@ def test_functions_are_wired_by_keyboard_alone(drawn: tuple[Hand, Path]):
     assert function.return_value.topic == "/husky/cmd_vel"
 
 
-def test_what_is_typed_before_the_server_answers_is_kept(studio: str, browser: Browser, tmp_path: Path):
+def test_text_typed_before_the_server_answers_is_kept(studio: str, browser: Browser, tmp_path: Path):
     with visit(studio) as visitor:
         visitor.call("designer/open", file=str(tmp_path / "drawn.bibi"))
     context = browser.new_context(viewport={"width": 1280, "height": 720})

@@ -16,7 +16,7 @@ TOPICS = ("/scene", "/tf", "/husky/camera", "/brain/circuit/spikes", "/husky/odo
 
 
 @pytest.mark.parametrize("protocol", ["foxglove.websocket.v1", "foxglove.sdk.v1"])
-def test_foxgloves_client_hears_calls_and_publishes(protocol: str, husky: str):
+def test_the_client_of_foxglove_subscribes_calls_and_publishes(protocol: str, husky: str):
     wire = husky.replace("http://", "ws://")
     done: subprocess.CompletedProcess[str] = node(
         [str(CLIENT), wire, protocol, *TOPICS],

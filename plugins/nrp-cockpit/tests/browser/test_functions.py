@@ -26,7 +26,7 @@ def end_of_line(page: Page, text: str) -> None:
     page.keyboard.press("End")
 
 
-def test_what_is_typed_is_checked_and_a_wrong_text_is_not_applied(husky: str, watched: Watched):
+def test_typed_functions_are_checked_and_a_wrong_text_is_not_applied(husky: str, watched: Watched):
     page = watched.open(husky)
     functions(page, "listing2.py")
     end_of_line(page, "red_right_eye.rate")
@@ -154,9 +154,7 @@ def test_a_function_that_stopped_the_run_is_marked_and_linked_to_its_line(
     expect(page.locator(".cm-line", has_text="1 / len")).to_contain_text("ZeroDivisionError")
 
 
-def test_of_two_who_edit_one_file_the_second_is_told_before_the_first_is_overwritten(
-    husky: str, watched: Watched
-):
+def test_the_second_editor_of_a_file_is_warned_before_it_is_overwritten(husky: str, watched: Watched):
     first, second = watched.open(husky), watched.open(husky)
     for page, factor in ((first, "0.5"), (second, "0.25")):
         functions(page, "listing2.py")
@@ -175,7 +173,7 @@ def test_of_two_who_edit_one_file_the_second_is_told_before_the_first_is_overwri
     expect(first.locator(".cm-line", has_text="* 0.25")).to_be_visible()
 
 
-def test_who_may_only_watch_or_has_a_wrong_token_is_told_so(watched: Watched):
+def test_the_page_shows_watchers_and_wrong_tokens_their_rights(watched: Watched):
     with cockpit() as opened:
         guard, address = opened.guard, opened.address
         page = watched.open(address.replace(guard.token, guard.watch_token), ready=("heading", "Spikes"))

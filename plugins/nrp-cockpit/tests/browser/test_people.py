@@ -66,7 +66,7 @@ def test_a_run_is_steered_and_a_body_is_moved_without_a_pointer(husky: str, watc
     expect(inspector.get_by_role("button", name="husky", exact=True)).to_be_visible()
 
 
-def test_whatever_tab_stops_at_has_a_name_and_is_marked_in_view(husky: str, watched: Watched):
+def test_each_tab_stop_has_a_name_and_is_marked_in_view(husky: str, watched: Watched):
     page = watched.open(husky)
     page.get_by_role("button", name="Play").wait_for()
     stops = []

@@ -135,9 +135,7 @@ def test_the_wheel_zooms_both_plots_and_a_double_click_resets_them(opened: Page)
     expect(opened.get_by_role("button", name="Resume the spikes")).to_have_count(0)
 
 
-def test_who_only_looks_sees_the_room_and_leaves_no_file_beside_the_experiment(
-    opened: Page, experiment: Path
-):
+def test_a_viewer_sees_the_room_and_no_file_is_written_beside_the_experiment(opened: Page, experiment: Path):
     image = opened.get_by_role("img", name="The image of /husky/camera")
     expect(image).to_be_visible()
     colours = """(canvas) => {
@@ -182,7 +180,7 @@ def test_theme_panels_and_curves_are_there_again_after_a_reload_until_they_are_r
     assert not own_layout(experiment.with_suffix(SUFFIX)).exists()
 
 
-def test_a_layout_that_is_broken_is_told_on_the_page(experiment: Path, kept: Kept, watched: Watched):
+def test_the_page_reports_a_broken_layout(experiment: Path, kept: Kept, watched: Watched):
     experiment.with_suffix(SUFFIX).write_text('{\n"version": 1,\n')
     page = watched.open(kept.open(str(experiment), *HUSKY))
     expect(page.get_by_role("alert")).to_contain_text("not YAML")

@@ -83,7 +83,7 @@ def test_a_page_that_is_opened_late_or_again_shows_spikes_curves_and_the_image(
             expect(value).to_have_text(re.compile(r"\d"))
 
 
-def test_a_jump_shows_what_was_there(run: Cockpit, watched: Watched, count: Count) -> None:
+def test_a_jump_shows_the_values_of_that_time(run: Cockpit, watched: Watched, count: Count) -> None:
     page = watched.open(run.address)
     go(run, 4.0)
     shows(page, count(4.0))

@@ -104,7 +104,7 @@ def test_a_fit_shows_the_selected_body_and_the_wheel_zooms_to_the_pointer(husky:
     seen(page, is_beside)
 
 
-def test_a_first_visit_is_told_what_to_do_until_it_is_done(husky: str, watched: Watched):
+def test_the_page_guides_a_first_visitor_through_three_steps(husky: str, watched: Watched):
     page = watched.open(husky)
     foot = page.get_by_role("contentinfo")
     expect(foot).to_contain_text("Press Play")
@@ -156,7 +156,7 @@ def test_every_experiment_opens_and_runs_on_every_pair_without_a_complaint(
             expect(page.get_by_role("region", name=panel, exact=False).first).to_be_visible()
 
 
-def test_a_run_that_cannot_be_saved_says_why_there_is_no_way_back(
+def test_a_run_that_cannot_be_saved_says_why_it_cannot_go_back(
     watched: Watched, monkeypatch: pytest.MonkeyPatch
 ):
     backend = type(brains().load("event"))

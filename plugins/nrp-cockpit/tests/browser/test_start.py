@@ -68,7 +68,7 @@ def test_experiments_recordings_and_sweeps_are_opened_one_after_another(
     )
 
 
-def test_what_is_not_shown_or_fails_to_open_is_refused_and_the_page_stays(
+def test_a_hidden_or_broken_experiment_is_refused_and_the_page_stays(
     folder: Path, cockpits: Cockpits
 ) -> None:
     with visit(cockpits.open("--brain", "evnt")) as visitor:

@@ -87,7 +87,7 @@ def test_a_sweep_is_shown_grows_and_opens_its_runs(folder: Path, address: str, w
     seen(page, lambda: page.evaluate("() => document.documentElement.scrollWidth <= innerWidth"))
 
 
-def test_what_cannot_be_shown_of_a_sweep_is_refused_in_a_sentence(folder: Path, address: str):
+def test_impossible_views_of_a_sweep_are_refused_with_the_reason(folder: Path, address: str):
     with visit(address) as visitor:
         for service, given, reason in (
             ("sweep/runs", {"sort": "seeed"}, "there is no column 'seeed'; did you mean 'seed'?"),

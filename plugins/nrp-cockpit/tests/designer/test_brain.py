@@ -272,7 +272,7 @@ def test_a_drawn_brain_is_wired_and_runs_in_place_of_the_written_one(tmp_path: P
         assert here.session.run.experiment.brain.populations
 
 
-def test_a_run_that_begins_again_with_a_drawn_brain_says_what_a_check_doubts(tmp_path: Path) -> None:
+def test_a_run_that_restarts_with_a_drawn_brain_shows_the_warnings_of_checks(tmp_path: Path) -> None:
     artist = Artist(tmp_path / "drawn.py")
     draw_the_brain_of_the_paper(artist)
     artist.document.save()

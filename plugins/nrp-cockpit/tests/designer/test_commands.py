@@ -149,7 +149,7 @@ def test_an_impossible_connection_is_refused_with_its_reason(
     assert reason in str(found[target]), "a page says it before somebody lets go"
 
 
-def test_what_is_wired_is_what_the_ends_say(drawing: Drawing) -> None:
+def test_a_wire_gets_its_type_from_its_ends(drawing: Drawing) -> None:
     function = drawing.function("Robot2Neuron", "eyes")
     camera = drawing.wired("topic:/husky/camera", function)
     eye = drawing.wired("population:sensors[0]", function, "eye")
@@ -176,7 +176,7 @@ def test_a_new_name_is_written_wherever_the_old_one_was_meant(drawing: Drawing) 
     assert [one.name for one in drawing.model.transfer_function[0].device] == ["right_2", "right"]  # type: ignore[attr-defined]
 
 
-def test_a_function_is_told_when_it_runs(drawing: Drawing) -> None:
+def test_triggers_and_throttling_rates_are_written_to_the_file(drawing: Drawing) -> None:
     function = drawing.function("Robot2Neuron", "eyes")
     camera = drawing.wired("topic:/husky/camera", function)
     drawing.do("set", path=function, field="trigger", text="camera")
@@ -326,9 +326,7 @@ def test_boxes_stay_where_they_were_put_and_that_is_kept_beside_the_file(tmp_pat
         ("\udcff", "utf-8"),
     ],
 )
-def test_a_layout_that_cannot_be_used_is_told_until_it_is_saved(
-    tmp_path: Path, text: str, words: str
-) -> None:
+def test_an_unusable_layout_is_reported_until_it_is_saved(tmp_path: Path, text: str, words: str) -> None:
     (tmp_path / "new.layout.json").write_bytes(text.encode("utf-8", "surrogateescape"))
     for document in (Document(tmp_path / "new.bibi", HUSKY), BrainDocument(tmp_path / "new.py")):
         (note,) = document.notes

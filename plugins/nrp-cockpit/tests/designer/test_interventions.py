@@ -97,7 +97,7 @@ def test_a_brain_of_a_person_runs_with_interventions_and_without_them_again() ->
         assert here.run.experiment.brain.model.read_text() == script
 
 
-def test_what_the_experiment_refuses_is_said_at_its_intervention() -> None:
+def test_the_reason_of_a_refused_intervention_is_shown_beside_it() -> None:
     with cockpit("brain.interventions=[{lesion: actors, at: 1 s}]") as here, here.visit() as visitor:
         visitor.subscribe("/cockpit/designer")
         visitor.call("designer/turn", to="brain")

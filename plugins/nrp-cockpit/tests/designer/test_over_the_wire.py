@@ -8,7 +8,9 @@ from golden import Golden
 from visitors import RefusedError, cockpit
 
 
-def test_what_is_drawn_runs_from_the_beginning_and_every_page_sees_it(tmp_path: Path, golden: Golden) -> None:
+def test_a_drawn_function_runs_from_the_beginning_and_every_page_shows_it(
+    tmp_path: Path, golden: Golden
+) -> None:
     with (
         cockpit("transfer_functions=[]") as here,
         here.visit() as artist,

@@ -126,7 +126,7 @@ def test_a_graph_that_lost_a_wire_or_a_row_is_noticed() -> None:
     assert missing(model, graph) != []
 
 
-def test_comments_are_said_to_be_lost_before_they_are(tmp_path: Path) -> None:
+def test_the_loss_of_comments_is_announced_before_it_happens(tmp_path: Path) -> None:
     document = of(tmp_path / "model.bibi", "<bibi><!-- by hand --></bibi>")
     assert "comments" in document.notes[0]
     assert of(tmp_path / "other.bibi", "<bibi/>").notes == []

@@ -28,7 +28,7 @@ def test_the_command_writes_a_network_file_and_reports_checksums(
     assert network.views["MN9"].tolist() == [0]
 
 
-def test_a_table_is_never_written_over_and_a_missing_folder_is_told_first(
+def test_a_table_is_never_overwritten_and_a_missing_folder_is_reported_first(
     tmp_path: Path, nrp: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -180,7 +180,7 @@ def test_signs_in_a_column_of_their_own_are_used(tmp_path: Path, golden: Golden)
         read_connectome(twice)
 
 
-def test_edges_of_unknown_transmitters_and_missing_positions_are_told(tmp_path: Path) -> None:
+def test_edges_of_unknown_transmitters_and_missing_positions_are_reported(tmp_path: Path) -> None:
     edges = write(tmp_path / "edges.csv", pre=[1, 2], post=[2, 1], weight=[3, 4])
     for transmitters, unsigned in ((["inh", "exc"], 2), (["gaba", "exc"], 1), (["gaba", "ach"], 0)):
         neurons = write(tmp_path / "neurons.csv", id=[1, 2], transmitter=transmitters)

@@ -140,7 +140,7 @@ def test_exact_currents_are_those_of_the_differential_equations(tmp_path: Path) 
 
 
 @pytest.mark.parametrize("method", ["euler", "exact"])
-def test_what_an_integrator_rests_at_is_a_constant_input(tmp_path: Path, method: str) -> None:
+def test_the_rest_of_an_integrator_equals_a_constant_input(tmp_path: Path, method: str) -> None:
     inputs, full, found = noise(), np.ones(3), []
     node = nir.LI(full * 10 * DT, full * 2.0, 0 * full)
     for rest in (0.0, 0.25):

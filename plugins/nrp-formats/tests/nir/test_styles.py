@@ -277,7 +277,7 @@ def test_weights_of_three_dimensions_are_a_matrix_for_each_row_of_the_input(
     assert expected.sum() > 20
 
 
-def test_a_graph_without_an_input_is_refused_by_what_lacks(tmp_path: Path, golden: Golden) -> None:
+def test_a_graph_without_an_input_is_refused_and_its_first_node_named(tmp_path: Path, golden: Golden) -> None:
     path = written(tmp_path, {"w": nir.Linear(WEIGHT), "cells": lif(3)}, [("w", "cells")])
     with golden.raises(NetworkError, match="'w'"):
         emitted(path, {})

@@ -295,7 +295,7 @@ NODE_SETS = {
 }
 
 
-def test_node_sets_name_nodes_by_what_they_have_in_common(circuit: Path) -> None:
+def test_node_sets_select_nodes_by_their_properties(circuit: Path) -> None:
     config = json.loads(circuit.read_text()) | {"node_sets_file": "$BASE/sets.json"}
     circuit.write_text(json.dumps(config))
     (circuit.parent / "sets.json").write_text(json.dumps(NODE_SETS))

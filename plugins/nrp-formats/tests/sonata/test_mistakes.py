@@ -300,13 +300,13 @@ def test_a_circuit_that_cannot_be_used_says_where_and_why(
         ),
     ],
 )
-def test_an_attribute_that_is_not_used_is_told(change: Change, remark: str, circuit: Path) -> None:
+def test_an_unused_attribute_is_reported(change: Change, remark: str, circuit: Path) -> None:
     change(circuit.parent)
     assert read_sonata(circuit).remarks == ((remark,) if remark else ())
 
 
 @pytest.mark.parametrize(("receptor", "is_told"), [("inhibitory", True), ("excitatory", False)])
-def test_positive_weights_on_an_inhibitory_receptor_are_told(
+def test_positive_weights_on_an_inhibitory_receptor_are_reported(
     receptor: str, *, is_told: bool, circuit: Path
 ) -> None:
     table = circuit.parent / "edge_types.csv"

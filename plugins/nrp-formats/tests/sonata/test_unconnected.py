@@ -75,7 +75,7 @@ def _simulation(circuit: Path, population: str, ids: list[int], unit: str = "ms"
         ("lgn", [0, 7, 9], "the input has spikes of 2 nodes that 'lgn' does not have, such as 7"),
     ],
 )
-def test_spikes_that_drive_no_node_are_told(
+def test_spikes_that_drive_no_node_are_reported(
     population: str, ids: list[int], remark: str, circuit: Path
 ) -> None:
     remarks = read_sonata(_simulation(circuit, population, ids)).remarks

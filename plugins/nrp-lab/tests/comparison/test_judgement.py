@@ -84,7 +84,7 @@ def test_a_number_depends_only_on_its_key(expected: Answer) -> None:
 
 
 @pytest.mark.parametrize("expected", [Answer.AGREES, Answer.SEED, Answer.BRAIN, Answer.WORLD, Answer.BOTH])
-def test_so_does_a_distance(expected: Answer) -> None:
+def test_a_distance_decides_like_a_value(expected: Answer) -> None:
     assert judged(Apart, BY[expected]).answer is expected
 
 

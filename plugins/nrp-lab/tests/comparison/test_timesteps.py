@@ -41,14 +41,14 @@ def test_an_error_that_is_proportional_to_the_step_is_extrapolated_exactly(true:
     assert one.differences == pytest.approx([slope * 18.0, slope * 8.0, slope * 3.0])
 
 
-def test_nothing_is_estimated_of_differences_that_do_not_shrink() -> None:
+def test_differences_that_do_not_shrink_give_no_estimate() -> None:
     one = found(1.0, 1.5, 1.2, 1.4)
     assert (one.shrinks, one.left) == (False, None)
     assert one.row[-2:] == ("no", "-")
     assert len(one.row) == len(columns(STEPS))
 
 
-def test_nothing_is_left_of_equal_values() -> None:
+def test_equal_values_leave_an_error_of_0() -> None:
     one = found(1.0, 1.0, 1.0, 1.0)
     assert (one.shrinks, one.left) == (None, 0.0)
 

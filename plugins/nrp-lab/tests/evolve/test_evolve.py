@@ -149,7 +149,7 @@ def test_a_search_comes_closer_to_the_best_of_all_settings_and_ends_at_its_goal(
     assert len(found.history) < 30
 
 
-def test_candidates_that_are_all_alike_are_told(here: Path) -> None:
+def test_identical_candidates_are_reported(here: Path) -> None:
     """Until 0.1 s nobody arrives, whatever the speed."""
     text = FILE.replace(
         "{criterion_distance.stays_near: 1, time_to_event.arrives: -1}", "{criteria.arrives: 1}"

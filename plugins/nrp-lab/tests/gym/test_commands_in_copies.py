@@ -88,7 +88,7 @@ def test_commands_beyond_their_bounds_are_clipped_in_copies(copies: NrpVectorEnv
 
 
 @pytest.mark.parametrize(("forward", "turn"), [(0.5, float("nan")), (float("inf"), 0.0)])
-def test_a_command_that_is_no_number_is_refused_in_copies(
+def test_a_command_that_is_not_a_number_is_refused_in_copies(
     copies: NrpVectorEnv, forward: float, turn: float, golden: Golden
 ) -> None:
     copies.reset(seed=4)

@@ -98,7 +98,7 @@ def test_the_controls_of_a_group_of_muscles_are_one_action_within_0_and_1(golden
         ({}, {"/pioneer/cmd": [1.0]}, "{'/pioneer/cmd'"),
     ],
 )
-def test_what_an_agent_gives_is_checked(
+def test_the_actions_of_an_agent_are_checked(
     settings: dict[str, Any], action: Any, words: str, golden: Golden
 ) -> None:
     with closing(make_env("slalom_pioneer", observe=["rate:wheels"], **settings)) as made:
@@ -244,7 +244,7 @@ def test_a_mistake_is_named(observe: Any, act: Any, message: str) -> None:
     assert message in str(raised.value)
 
 
-def test_a_reward_that_is_no_number_and_half_a_step_are_refused(golden: Golden) -> None:
+def test_a_reward_that_is_not_a_number_and_half_a_step_are_refused(golden: Golden) -> None:
     nowhere: dict[str, Any] = {"reward": lambda run, seen: float("nan")}
     with closing(make_env("slalom_pioneer", observe=["rate:wheels"], **nowhere)) as made:
         made.reset()

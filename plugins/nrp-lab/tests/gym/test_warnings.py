@@ -28,7 +28,7 @@ def twice(tmp_path: Path) -> list[str]:
     return [f"transfer_functions=[{functions}]", "criteria=null", f"name=of {tmp_path.name}"]
 
 
-def test_an_environment_warns_once_of_what_is_doubted(twice: list[str]) -> None:
+def test_an_environment_repeats_the_warnings_of_checks_once(twice: list[str]) -> None:
     with pytest.warns(UserWarning, match="nrp validate warns") as told:
         made = make_env("slalom_pioneer", twice, **SETTINGS)
     with closing(made):
@@ -50,7 +50,7 @@ def test_copies_in_several_processes_warn_once(twice: list[str]) -> None:
         make_vec("slalom_pioneer", twice, num_envs=2, processes=2, **SETTINGS).close()
 
 
-def test_a_topic_that_only_the_agent_publishes_is_not_doubted(tmp_path: Path) -> None:
+def test_a_topic_that_only_the_agent_publishes_is_not_reported(tmp_path: Path) -> None:
     agent = {**SETTINGS, "act": {"/pioneer/cmd_vel": {"linear.x": (0, 1)}, "/pioneer/clearance": None}}
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -59,7 +59,7 @@ def test_a_topic_that_only_the_agent_publishes_is_not_doubted(tmp_path: Path) ->
         make_env("slalom_pioneer", ["transfer_functions=[]", f"name=of {tmp_path.name}"], **SETTINGS).close()
 
 
-def test_what_only_a_comparison_reads_is_not_doubted() -> None:
+def test_topics_that_only_a_comparison_reads_are_not_reported() -> None:
     """Its section varies an event that these settings leave out."""
     seen = {"observe": ["motion:husky"], "act": {"/husky/cmd_vel": {"linear.x": (0, 1)}}}
     bare = ["transfer_functions=[]", "criteria=null", "events=null"]

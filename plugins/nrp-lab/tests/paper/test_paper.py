@@ -50,7 +50,7 @@ def test_an_archive_has_runs_figures_methods_and_the_verdict(archive: Path, tmp_
     assert not any(line.startswith(("mypy", "ruff", "pip=")) for line in lines)
 
 
-def test_what_a_file_imports_is_required_with_what_it_requires(tmp_path: Path) -> None:
+def test_packages_that_a_file_imports_are_required_with_their_dependencies(tmp_path: Path) -> None:
     (tmp_path / "old.py").write_text("print 'Python 2'\n")
     (tmp_path / "own.py").write_text("import own_module\n")
     before = requirement_lines(tmp_path.glob("*.py"))

@@ -64,7 +64,7 @@ def table(folder: str = "sweep.sweep") -> list[dict[str, str]]:
     ]
 
 
-def test_a_row_is_what_a_single_run_gives(sweep: Sweep) -> None:
+def test_a_row_has_the_values_of_a_single_run(sweep: Sweep) -> None:
     code, out, err = sweep("sweep.yaml", "--workers", 2)
     assert code == 0, err
     assert "drive_to_the_wall: 12 runs; grid of events.red.at (3) x seed (4)" in err
@@ -280,7 +280,7 @@ def test_a_figure_that_the_runs_will_not_give_is_refused_before_them(
         ("aabb", "1123", []),  # the same path, other spikes
     ],
 )
-def test_a_setting_that_changed_nothing_is_told(digests: str, measured: str, told: list[str]) -> None:
+def test_a_setting_without_effect_is_reported(digests: str, measured: str, told: list[str]) -> None:
     rows = tuple(
         {"scale": scale, "seed": seed, "trajectory_digest": path, "rate.all": rate, "error": None}
         for (seed, scale), path, rate in zip(((1, 2), (1, 4), (2, 2), (2, 4)), digests, measured, strict=True)
@@ -297,7 +297,7 @@ def test_a_setting_that_changed_nothing_is_told(digests: str, measured: str, tol
         ("aaa", ["'seed' changed nothing: all its values gave the same trajectories and measures"]),
     ],
 )
-def test_seeds_that_changed_nothing_are_told(digests: str, told: list[str]) -> None:
+def test_seeds_without_effect_are_reported(digests: str, told: list[str]) -> None:
     rows = tuple(
         {"seed": seed, "trajectory_digest": path, "error": None} for seed, path in enumerate(digests)
     )

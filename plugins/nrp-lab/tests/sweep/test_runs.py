@@ -265,7 +265,7 @@ def test_snakemake_goes_on_where_a_job_was_killed(tmp_path: Path, plan: Plan, sn
     assert swept(many, folder, "local", 1) == swept(many, tmp_path / "whole", "local", 1)
 
 
-def test_workers_of_another_version_and_a_scheduler_that_is_not_there_are_refused(
+def test_workers_of_another_version_and_a_missing_scheduler_are_refused(
     plan: Plan, tmp_path: Path, golden: Golden
 ) -> None:
     other = replace(plan, code={**plan.code, "nrp_core": "0123456789abcdef"})

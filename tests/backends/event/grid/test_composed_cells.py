@@ -130,7 +130,7 @@ def test_parameters_and_initial_values_have_the_name_of_their_receptor(sim: Any)
     np.testing.assert_allclose(found, [0.01 * e**-7.0, 0.01 * e**-4.0], rtol=1e-9)
 
 
-def test_what_cannot_be_composed_is_named(sim: Any, golden: Golden) -> None:
+def test_parts_that_cannot_be_composed_are_named(sim: Any, golden: Golden) -> None:
     current, conductance = sim.CurrExpPostSynapticResponse(), sim.ExpPSR()
     with golden.raises(NetworkError):
         sim.PointNeuron(sim.LIF(), A=current, B=conductance)

@@ -309,7 +309,7 @@ def test_changed_parameters_act_as_in_our_own_cells() -> None:
     np.testing.assert_allclose(*ends, rtol=1e-12)
 
 
-def test_what_equations_do_not_have_is_refused(golden: Golden) -> None:
+def test_features_that_equation_cells_lack_are_refused(golden: Golden) -> None:
     sim = builder()
     silent = sim.EquationCell(
         "dv/dt = -v/(10*ms) : mV", "v > 10*mV", "v = 0*mV", receptors={"excitatory": "v"}

@@ -61,7 +61,7 @@ def test_the_state_equals_that_of_the_exact_mode(
 
 
 @pytest.mark.parametrize("cell_type", [name for name in CELLS if name.startswith("IF_")])
-def test_a_few_neurons_advance_as_many_do(
+def test_a_few_neurons_advance_like_many_neurons(
     cell_type: str, cells: Cells, connect: Connect, spike_source: Cells, open_brain: Open
 ) -> None:
     """Few go one by one, many in loops that are compiled to vectors: not a bit differs."""

@@ -120,7 +120,7 @@ def test_sources_that_are_divided_among_targets_are_drawn_by_the_grid() -> None:
     assert recorded[1].mean() == pytest.approx(RATE_HZ * 0.3, abs=5 * np.sqrt(RATE_HZ * 0.3 / N))
 
 
-def test_spikes_are_heard_where_somebody_listens_and_arrive_after_the_delay(
+def test_spikes_reach_each_subscriber_after_the_delay(
     opened: Callable[..., Brain],
 ) -> None:
     deaf, listened = opened(noise()), opened(noise())

@@ -91,7 +91,7 @@ def test_equal_synapses_take_two_bytes_and_own_weights_four_more() -> None:
     assert bytes_of(rng.random(n * fan_out)) < 6.1
 
 
-def test_what_a_spike_reaches_after_one_delay_lies_together(cells: Cells) -> None:
+def test_synapses_of_a_cell_with_the_same_delay_are_adjacent(cells: Cells) -> None:
     """Excitatory and inhibitory synapses are of different tables; equal weights are kept elsewhere."""
     rng, pre = np.random.default_rng(2), np.repeat(np.arange(20, dtype=np.int32), 30)
 

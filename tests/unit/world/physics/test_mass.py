@@ -64,6 +64,6 @@ def test_two_point_masses_turn_about_their_middle():
     assert sorted(whole.inertia[:3]) == pytest.approx([0, 3, 3], abs=1e-6)
 
 
-def test_nothing_with_mass_is_nothing():
+def test_the_sum_of_massless_inertials_is_none():
     assert sum_inertials([]) is None
     assert sum_inertials([Inertial(0.0)]) is None
