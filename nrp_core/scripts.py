@@ -72,7 +72,7 @@ class Scope:
         missing: Missing | None = None,
         compiled: Callable[[Path], CodeType] | None = None,
     ) -> None:
-        self._missing, self._compiled = missing, compiled or _compile
+        self._missing, self._compiled = missing, compiled or compile_file
         self._homes: dict[Path, None] = {}
         self._packages = {root: self._package(root) for root in roots}
         self._stands_for = substitute
@@ -296,7 +296,12 @@ class Scope:
         return self._neighbours[path]
 
 
-def _compile(path: Path) -> CodeType:
+def compile_file(path: Path) -> CodeType:
+    """Return the code of a file in Python.
+
+    Raises:
+        SyntaxError: it is not Python.
+    """
     data = path.read_bytes()
     try:
         return compile(data, str(path), "exec", dont_inherit=True)

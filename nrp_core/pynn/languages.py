@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import builtins
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +14,7 @@ from typing import Protocol
 from nrp_core._support.text import Misfit, decoded_python
 from nrp_core.errors import NrpError
 from nrp_core.registry import Registry
-from nrp_core.scripts import unbound_names
+from nrp_core.scripts import compile_file, unbound_names
 
 
 class Language(Protocol):
@@ -55,10 +55,15 @@ class ScriptReading:
     language: Language | None = None
     modules: Mapping[str, ModuleType] = field(default_factory=dict)
 
-    @property
-    def compiled(self) -> Callable[[Path], CodeType] | None:
-        """The function that compiles a file; None for Python 3."""
-        return None if self.language is None else self.language.compiled
+    def compiled(self, path: Path) -> CodeType:
+        """Return the code of a file: in the script's language, or in its own beside a script in Python 3.
+
+        Raises:
+            SyntaxError: it is not Python.
+            NrpError: it is not in the script's language.
+        """
+        language = self.language or reading_of(path).language
+        return compile_file(path) if language is None else language.compiled(path)
 
     def remarks(self, script: Path) -> list[str]:
         """Return that a script is converted, if it is."""

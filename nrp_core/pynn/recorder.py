@@ -10,8 +10,7 @@ from math import inf
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from neo import Event, Segment, SpikeTrain
-from neo.core.spiketrainlist import SpikeTrainList
+from neo import Event, Segment
 from pyNN import recording
 from quantities import ms
 
@@ -23,52 +22,10 @@ from nrp_core.clock import from_milliseconds, milliseconds, nanoseconds
 from nrp_core.errors import NetworkError, NrpError
 from nrp_core.network.changes import Rewirings
 from nrp_core.network.pynn.models import own_name
+from nrp_core.pynn.spike_trains import SpikeTrains
 
 if TYPE_CHECKING:
     from nrp_core.network.pynn.simulator import Simulator
-
-
-class SpikeTrains(SpikeTrainList):
-    """The same list, with the same trains, which are divided in one pass.
-
-    Neo stores the spikes of a population as two arrays and makes trains on request. It then
-    compares the cell of every spike with every cell, which takes minutes for 100 000 cells.
-
-    Args:
-        found: the list that PyNN made from arrays.
-        source_id: a further annotation of the trains, one for each.
-    """
-
-    def __init__(self, found: SpikeTrainList, source_id: Any = None) -> None:
-        super().__init__()
-        self.__dict__.update(vars(found))
-        if source_id is not None:
-            self._annotations: dict[str, Any] = {**vars(found)["_annotations"], "source_id": source_id}
-
-    def __reduce__(self) -> Any:
-        """Return a copy as Neo's own class, so that files of it need only Neo."""
-        return SpikeTrainList, (), dict(vars(self))
-
-    def _spiketrains_from_array(self) -> None:
-        self._items: list[SpikeTrain] = []
-        if self._spike_time_array is None:
-            return
-        order = np.argsort(self._channel_id_array, kind="stable")
-        owners, times = self._channel_id_array[order], self._spike_time_array[order]
-        channels = np.asarray(self._all_channel_ids)
-        first, last = (np.searchsorted(owners, channels, side=side) for side in ("left", "right"))
-        each = {name: value for name, value in self._annotations.items() if _is_each(value, len(channels))}
-        all_ = {name: value for name, value in self._annotations.items() if name not in each}
-        for index, channel in enumerate(channels):
-            train = SpikeTrain(times[first[index] : last[index]], **self._spiketrain_metadata)
-            own = {name: values[index] for name, values in each.items()}
-            train.annotate(**all_, **own, channel_id=channel)
-            train.segment = self.segment
-            self._items.append(train)
-
-
-def _is_each(value: Any, n: int) -> bool:
-    return not isinstance(value, str) and hasattr(value, "__len__") and len(value) == n
 
 
 REWIRING: Final = recording.Variable(name="rewiring", location=None, label=None)

@@ -361,6 +361,14 @@ class TableConnector(Connector):
         if table.size == 0:
             return
         self._check_table(projection)
+        inside = (table[:, 1] >= 0) & (table[:, 1] < projection.post.size)
+        if not inside.all():
+            self._simulator.state.remark(
+                f"projection '{projection.label}': {np.count_nonzero(~inside)} rows of its list of synapses "
+                f"are left out, as in PyNN: '{projection.post.label}' has no cell {table[~inside, 1][0]:g}, "
+                f"only 0..{projection.post.size - 1}"
+            )
+            table = table[inside]
         order = np.argsort(table[:, 1], kind="stable")
         pre, post = table[order, :2].T.astype(np.int32)
         given = dict(zip(names, table[order, 2:].T, strict=True))
@@ -391,7 +399,9 @@ class TableConnector(Connector):
             raise InvalidSynapseError(f"{owner}: its synapses have no '{name}'{did_you_mean(name, known)}")
         for end, column in zip(("pre", "post"), table[:, :2].T, strict=True):
             cells = getattr(projection, end)
-            wrong = ~((column >= 0) & (column < cells.size) & (column == np.floor(column)))
+            wrong = column != np.floor(column)
+            if end == "pre":
+                wrong |= (column < 0) | (column >= cells.size)
             if wrong.any():
                 raise InvalidSynapseError(
                     f"{owner}: {end}synaptic index {column[np.argmax(wrong)]:g} in its list of synapses; "

@@ -548,3 +548,41 @@ def test_its_panel_draws_spikes_and_heat_maps(tmp_path: Path, monkeypatch: pytes
     assert v.images[0].get_array().shape == (3, 5)
     assert [each.tolist() for each in rows.lines[0].get_data()] == [[7.0, 9.0], [1.0, 3.0]]
     assert values.images[0].get_array()[[1, 0], [0, 2]].tolist() == [7.0, 9.0]
+
+
+def test_sources_and_targets_are_names_of_a_projection_too(tmp_path: Path) -> None:
+    """sPyNNaker 7.4.1 leaves the names out where addresses are part of each row anyway."""
+    script = run(
+        tmp_path,
+        HEAD + "a, b = p.Population(2, p.IF_curr_exp()), p.Population(3, p.IF_curr_exp())\n"
+        "rows = [(1, 2, 0.5, 2.0), (0, 1, 0.25, 1.0), (1, 0, 1.0, 3.0)]\n"
+        "wires = p.Projection(a, b, p.FromListConnector(rows), p.StaticSynapse())\n"
+        "names = ['source', 'target', 'weight']\n"
+        "with_ends = wires.get(names, 'list')\n"
+        "asked = wires.get(names, 'list', with_address=False)\n"
+        "pairs = wires.get(['source', 'target'], 'list')\n",
+    )
+    assert script.with_ends == script.asked == [(0, 1, 0.25), (1, 0, 1.0), (1, 2, 0.5)]
+    assert script.pairs == [(0, 1), (1, 0), (1, 2)]
+
+
+def test_initial_values_are_read_by_their_names(tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        HEAD + "a = p.Population(2, p.IF_curr_exp())\na.initialize(v=[-60.0, -61.0])\n"
+        "every, one = a.get_initial_values(), a.get_initial_values([1])\n",
+    )
+    assert script.every["v"].tolist() == [-60.0, -61.0]
+    assert script.one["v"].tolist() == [-61.0]
+
+
+def test_a_misspelt_setting_is_a_warning(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    run(tmp_path, "import pyNN.spiNNaker as p\np.setup(timestep=1.0, min_dealy=1.0)\n")
+    text = "setup: sPyNNaker ignores 'min_dealy', which is not a setting; did you mean 'min_delay'?"
+    assert [record.message for record in caplog.records] == [text]
+
+
+def test_a_helper_in_python_2_may_stand_beside_a_script_in_python_3(tmp_path: Path) -> None:
+    (tmp_path / "helper.py").write_text("def half(n):\n    print 'halved', n\n    return n / 2\n")
+    script = run(tmp_path, HEAD + "import helper\nfound = helper.half(7), 7 / 2\nprint(f'{found}')\n")
+    assert script.found == (3, 3.5)

@@ -140,8 +140,8 @@ CASES = {
         "is 1; it must be 0 or less on the inhibitory receptor",
     "sim.FixedProbabilityConnector(-0.5)": "FixedProbabilityConnector(-0.5): an argument is impossible",
     "sim.FixedNumberPreConnector(n=-1)": "FixedNumberPreConnector(n=-1): an argument is impossible",
-    CELL + "sim.Projection(a, a, sim.FromListConnector([(0, 5, 1.0, 1.0)]), label='p')":
-        "projection 'p': postsynaptic index 5 in its list of synapses; 'a' has cells 0..1",
+    CELL + "sim.Projection(a, a, sim.FromListConnector([(5, 0, 1.0, 1.0)]), label='p')":
+        "projection 'p': presynaptic index 5 in its list of synapses; 'a' has cells 0..1",
     "sim.FromListConnector([(0, 1, 1.0, 1.0), (0, 1, 1.0)])":
         "row 1 of the list of synapses is (0, 1, 1.0); all rows have equally many numbers, the first has 4",
     "sim.FromListConnector([('a', 1)])": "row 0 of the list of synapses is ('a', 1)",

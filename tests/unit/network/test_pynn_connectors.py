@@ -268,7 +268,7 @@ def test_synapses_come_from_a_file_with_named_columns(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("rows", "names", "says"),
     [
-        ([(0, 9)], None, "postsynaptic index 9 in its list of synapses; 'cells' has cells 0..19"),
+        ([(99, 0)], None, "presynaptic index 99 in its list of synapses; "),
         ([(-1, 0)], None, "presynaptic index -1 in"),
         ([(0.5, 0)], None, "presynaptic index 0.5 in"),
         ([(0, 1, 0.1)], ("weigth",), "its synapses have no 'weigth'; did you mean 'weight'"),
@@ -277,10 +277,21 @@ def test_synapses_come_from_a_file_with_named_columns(tmp_path: Path) -> None:
     ],
 )
 def test_a_wrong_row_of_a_list_is_named(rows: Any, names: Any, says: str) -> None:
-    rows = [(row[0], 39, *row[2:]) if row[1] == 9 else row for row in rows]
-    says = says.replace("index 9", "index 39")
     with pytest.raises(NetworkError, match=f"projection 'wiring': {says}"):
         network_of(lambda sim, rng: sim.FromListConnector(rows, names))
+
+
+def test_rows_with_a_target_outside_the_population_are_left_out_with_a_warning() -> None:
+    """PyNN 0.13 leaves them out without a word, targets below 0 too."""
+    sim = builder()
+    cells = sim.Population(3, sim.IF_cond_exp(), label="cells")
+    rows = [(0, 3, 0.1, 1.0), (2, 1, 0.2, 1.0), (1, -1, 0.3, 1.0)]
+    projection = sim.Projection(cells, cells, sim.FromListConnector(rows), label="wiring")
+    assert projection.get(["weight", "delay"], "list") == [(2, 1, 0.2, 1.0)]
+    text = (
+        "projection 'wiring': 2 rows of its list of synapses are left out, as in PyNN: 'cells' has no cell 3"
+    )
+    assert [text in remark for remark in sim.state.remarks] == [True]
 
 
 @settings(max_examples=30, deadline=None)

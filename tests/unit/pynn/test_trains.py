@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import pickle
+from time import process_time
 from typing import Any
 
 import numpy as np
 import quantities as pq
+from matplotlib.figure import Figure
 from neo.core.spiketrainlist import SpikeTrainList
 
-from nrp_core.pynn.recorder import SpikeTrains
+from nrp_core.pynn.spike_trains import SpikeTrains
 
 
 def lists(n: int = 6) -> tuple[SpikeTrainList, SpikeTrainList]:
@@ -27,7 +29,8 @@ def lists(n: int = 6) -> tuple[SpikeTrainList, SpikeTrainList]:
 
 
 def described(train: Any) -> Any:
-    return train.magnitude.tolist(), float(train.t_start), float(train.t_stop), train.units, train.annotations
+    own = {name: value for name, value in vars(train).items() if name not in ("_dimensionality", "segment")}
+    return train.magnitude.tolist(), train.units, type(train).__name__, own, train.array_annotations.length
 
 
 def test_trains_are_those_that_neo_makes() -> None:
@@ -35,6 +38,7 @@ def test_trains_are_those_that_neo_makes() -> None:
     assert len(ours) == 6
     assert [described(train) for train in ours] == [described(train) for train in plain]
     assert len(ours[5]) == 0
+    assert ours[1].segment is plain[1].segment is None
     assert [array.tolist() for array in ours.multiplexed] == [array.tolist() for array in plain.multiplexed]
 
 
@@ -45,3 +49,40 @@ def test_a_file_of_them_needs_only_neo() -> None:
     again = pickle.loads(stored)
     assert type(again) is SpikeTrainList
     assert [described(train) for train in again] == [described(train) for train in ours]
+
+
+def test_a_change_of_one_train_leaves_the_others() -> None:
+    _, ours = lists()
+    times, stops = ours.multiplexed[1].magnitude.tolist(), [float(train.t_stop) for train in ours]
+    ours[0][:] = 1.0 * pq.ms
+    ours[0].t_stop += 5.0 * pq.ms
+    ours[0].annotate(own=1)
+    assert ours.multiplexed[1].magnitude.tolist() == times
+    assert [float(train.t_stop) for train in ours][1:] == stops[1:]
+    assert "own" not in ours[1].annotations
+
+
+def test_numpy_and_matplotlib_sort_trains() -> None:
+    """``eventplot`` calls ``numpy.sort``, which passes an axis that Neo's own trains refuse."""
+    _, ours = lists()
+    assert np.sort(ours[0]).magnitude.tolist() == sorted(ours[0].magnitude.tolist())
+    rows = Figure().subplots().eventplot(list(ours))
+    assert [len(row.get_positions()) for row in rows] == [len(train) for train in ours]
+
+
+def test_trains_are_made_several_times_faster_than_by_neo() -> None:
+    n = 400
+    plain = SpikeTrainList.from_spike_time_array(
+        np.arange(float(n)),
+        np.arange(n),
+        np.arange(n),
+        t_stop=9.0 * pq.s,
+        units="ms",
+        source_index=np.arange(n),
+    )
+    seconds = []
+    for trains in (plain, SpikeTrains(plain)):
+        began = process_time()
+        assert len(list(trains)) == n
+        seconds.append(process_time() - began)
+    assert seconds[1] < seconds[0] / 3

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
+from difflib import get_close_matches
 from functools import cached_property, partial
 from numbers import Real
 from types import MappingProxyType, ModuleType, SimpleNamespace
@@ -12,7 +13,7 @@ from typing import Any, ClassVar, Final
 from pyNN import common, space
 
 from nrp_core.errors import NetworkError, did_you_mean
-from nrp_core.network.pynn.arguments import InvalidValueError, refuse_misspelt
+from nrp_core.network.pynn.arguments import InvalidValueError
 from nrp_spynnaker.dialect import neo_compare, neo_convertor, unsupported
 from nrp_spynnaker.dialect.cells import IN_EQUATIONS, cell_types, spike_injector, variable_poisson
 from nrp_spynnaker.dialect.connections import Hub, RatesConnection, SpikesConnection
@@ -74,6 +75,7 @@ _MACHINE: Final = (
     "database_socket_addresses", "graph_label", "machine",
 )  # fmt: skip
 """Arguments of ``setup`` that concern the machine alone."""
+_SETTINGS: Final = ("timestep", "min_delay", "max_delay", *_MACHINE)
 _SIZES: Final = frozenset({"n_chips_required", "n_boards_required", "time_scale_factor", "machine_time_step"})
 """Those of them that are numbers above 0."""
 _ALIKE: Final = 0.75
@@ -222,9 +224,13 @@ class Dialect:
         ) -> int:
             """Discard the network and start again; times in ms, a time step of 1 ms by default.
 
-            sPyNNaker ignores ``max_delay``, so delays may be longer.
+            sPyNNaker ignores ``max_delay``, so delays may be longer, and settings that it does not have.
             """
-            refuse_misspelt("setup", "setting", extra, _MACHINE, _ALIKE)
+            for name in [one for one in extra if one not in _MACHINE]:
+                if get_close_matches(name, _SETTINGS, 1, _ALIKE):
+                    del extra[name]
+                    hint = did_you_mean(name, _SETTINGS)
+                    _logger.warning("setup: sPyNNaker ignores '%s', which is not a setting%s", name, hint)
             for name in extra.keys() & _SIZES:
                 _require_size(name, extra[name])
             step = DEFAULT_TIMESTEP_MS if timestep is None else timestep

@@ -452,6 +452,10 @@ class Population(_Cells, populations.Population):
         values = self.initial_arrays[variable]
         return values if selector is None else values[selector]
 
+    def get_initial_values(self, selector: Any = None) -> dict[str, FloatArray]:
+        """Return the initial values of all state variables by name, of all cells or of those at an index."""
+        return {name: self.get_initial_value(name, selector) for name in self.initial_arrays}
+
 
 class PopulationView(_Cells, populations.PopulationView):
     """Some cells of a population, with the methods of sPyNNaker."""
@@ -484,6 +488,10 @@ def convolution(static: Any) -> type:
     return type(
         "Convolution", (static,), {"__init__": begin, "__doc__": "Synapses with weights of a kernel."}
     )
+
+
+_ENDS: Final = {"source": "presynaptic_index", "target": "postsynaptic_index"}
+"""The names that ``Projection.get`` of sPyNNaker has for the indices of the cells."""
 
 
 class Projection(projections.Projection):
@@ -529,9 +537,10 @@ class Projection(projections.Projection):
     def column(self, name: str) -> Any:
         """Return an index or a parameter of all current synapses, shape ``(n_synapses,)``.
 
-        Weights are sizes, as a machine has no others; those of a kernel have its signs.
+        Weights are sizes, as a machine has no others; those of a kernel have its signs. ``source`` and
+        ``target`` are indices, too.
         """
-        found = self._current()
+        name, found = _ENDS.get(name, name), self._current()
         if self.negative is not None:
             own, other = super().column(name), self.negative.column(name)
             return np.concatenate([own, -abs(other) if name == "weight" else other])
@@ -560,6 +569,8 @@ class Projection(projections.Projection):
         """
         format = "list" if format == "list" else "array"  # noqa: A001
         names = [attribute_names] if isinstance(attribute_names, str) else list(attribute_names)
+        if format == "list" and with_address:  # which are the source and the target
+            names = [name for name in names if name not in _ENDS]
         if not names and format == "list" and with_address:  # the pairs alone
             ends = super().get("weight", format, gather, True, multiple_synapses)
             return sorted((pre, post) for pre, post, _ in ends)
@@ -570,6 +581,10 @@ class Projection(projections.Projection):
         if len(names) == 1 and not with_address:
             return np.ravel(found)[order]
         return [found[place] for place in order]
+
+    @property
+    def _state_variables(self) -> frozenset[str]:
+        return super()._state_variables | _ENDS.keys()
 
     def set_download_synapses(self, download_synapses: bool) -> None:
         """Have no effect: synapses are always at hand."""
