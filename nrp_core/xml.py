@@ -318,12 +318,19 @@ def _with_prefixes(text: str) -> str:
 
 
 def _with_blanks(text: str) -> str:
-    """Return a document with blanks between attributes and ``<`` in none, as MuJoCo and Gazebo forgive."""
+    """Return a document with blanks between attributes, ``<`` in none, and ``.`` for ``::`` in names of tags.
+
+    MuJoCo and Gazebo read such attributes, and OpenSim writes such names.
+    """
 
     def mended(value: re.Match[str]) -> str:
         return re.sub("<(?!!)", "&lt;", value[1]) + (" " if value[2] else "") + value[2]
 
-    return _TAG.sub(lambda tag: _VALUE.sub(mended, tag[0]) if tag["name"] else tag[0], text)
+    def mended_tag(tag: re.Match[str]) -> str:
+        name = tag["name"] or ""
+        return _VALUE.sub(mended, tag[0].replace(name, name.replace("::", "."), 1)) if name else tag[0]
+
+    return _TAG.sub(mended_tag, text)
 
 
 def _tags(text: str) -> Iterator[re.Match[str]]:

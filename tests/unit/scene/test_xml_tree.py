@@ -205,6 +205,14 @@ def test_attributes_are_read_as_by_tinyxml(text: str, attributes: dict[str, str]
     assert root.children[1].line == 3 + text.count("\n")
 
 
+def test_names_of_tags_with_two_colons_are_read_as_opensim_writes_them() -> None:
+    root = parse('<a>\n<B::C name="x::y"><d>e::f</d></B::C></a>')
+    assert [(each.tag, each.attributes, each.line) for each in root.children] == [
+        ("B.C", {"name": "x::y"}, 2)
+    ]
+    assert root.children[0].require("d").text == "e::f"
+
+
 @pytest.mark.parametrize("text", ["", "<a>", "<a></b>", "<a/><b/>", "<a b=1/>", "no xml"])
 def test_xml_that_is_not_well_formed_is_refused_with_its_line(text: str, golden: Golden) -> None:
     with golden.raises(SceneError) as refusal:
