@@ -28,6 +28,7 @@ from nrp_core.scene.rigid import (
     ReadFrames,
     ServoTarget,
     Touch,
+    Vector,
     Wrench,
     rotation_matrix,
 )
@@ -111,6 +112,10 @@ class JointCommands(ABC):
             CapabilityError: the engine has neither ``muscles`` nor ``own_actuators``.
         """
         return self._do_actuator_states(model, actuators)
+
+    def muscle_path(self, model: str, muscle: str) -> Sequence[Vector]:
+        """Return the points of a muscle's path in the world, m; empty if its own points are all."""
+        return ()
 
     @final
     def sensor_values(self, model: str, sensor: str) -> FloatArray:

@@ -218,7 +218,7 @@ def path_points(muscle: Muscle, places: Mapping[str, Pose]) -> list[Vector]:
 
 def drawn_paths(
     engine: Engine, drawn: Sequence[tuple[Model, list[Muscle]]]
-) -> Iterator[tuple[Muscle, list[Vector], float]]:
+) -> Iterator[tuple[Muscle, Sequence[Vector], float]]:
     """Yield muscles with the points of their paths now, m, and their activations, 0 to 1.
 
     Args:
@@ -230,7 +230,8 @@ def drawn_paths(
         places = {link: engine.link_motion(model.name, link).pose for link in links}
         states = engine.actuator_states(model.name, [muscle.name for muscle in muscles])
         for muscle, activation in zip(muscles, states[3].tolist(), strict=True):
-            yield muscle, path_points(muscle, {WORLD: model.pose, **places}), activation
+            points = engine.muscle_path(model.name, muscle.name)
+            yield muscle, points or path_points(muscle, {WORLD: model.pose, **places}), activation
 
 
 def path_length(muscle: Muscle, places: Mapping[str, Pose]) -> float:
