@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from nrp_core.findings import Level as Level
     from nrp_core.findings import Weight as Weight
     from nrp_core.findings.refusals import JOINT_CONTROL as JOINT_CONTROL
+    from nrp_core.scene.consistency import WORLD as WORLD
     from nrp_core.scene.devices import JointController as JointController
     from nrp_core.scene.devices import Noise as Noise
     from nrp_core.scene.devices import PairController as PairController
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from nrp_core.scene.model import Box as Box
     from nrp_core.scene.model import Capsule as Capsule
     from nrp_core.scene.model import Collision as Collision
+    from nrp_core.scene.model import ConcaveMesh as ConcaveMesh
     from nrp_core.scene.model import Cylinder as Cylinder
     from nrp_core.scene.model import Finish as Finish
     from nrp_core.scene.model import Geometry as Geometry

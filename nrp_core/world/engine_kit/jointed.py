@@ -158,10 +158,8 @@ class JointedEngine(Engine):
         """Find the readers of the motions of models; those of links are found on demand."""
         self._motions = {model.name: self._motion_of(model, None) for model in scene.models}
         self._links: dict[tuple[str, str], MotionOf] = {}
-        joints = self._built.joints
-        self._bounds = {
-            name: JointBounds(scene.model(name), tuple(joints[name])) for name in self._joints if joints[name]
-        }
+        joints = self._built.joints.items()
+        self._bounds = {name: JointBounds(scene.model(name), tuple(each)) for name, each in joints if each}
         self._put_at_start(scene)
 
     def check_state(self, t_ns: int) -> None:
