@@ -1,0 +1,37 @@
+"""The entry point of Drake."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+from nrp_core.world import Diagnosis, PhysicsBackend, PhysicsOptions, WorldCapabilities, WorldOptions
+
+if TYPE_CHECKING:
+    from nrp_core.world import JointedEngine
+
+
+class DrakeBackend(PhysicsBackend):
+    """Scenes in Drake, as a discrete plant with its SAP solver."""
+
+    options = PhysicsOptions
+    interface_version = 2
+    engine_name = "Drake"
+    remedy = "pip install 'nrp-core[drake]'"
+
+    def capabilities(self, options: WorldOptions) -> WorldCapabilities:
+        return replace(super().capabilities(options), ball_control=False)
+
+    def diagnose(self) -> list[Diagnosis]:
+        if find_spec("pydrake") is not None:
+            return [Diagnosis("Drake", True, "worlds can run in Drake"), *super().diagnose()]
+        return [
+            Diagnosis("Drake", False, "not installed; worlds run in other engines", self.remedy, needed=True)
+        ]
+
+    def _engine_class(self) -> Callable[..., JointedEngine]:
+        from nrp_world_drake.engine import DrakeEngine
+
+        return DrakeEngine
