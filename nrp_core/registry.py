@@ -48,6 +48,7 @@ OPTIONAL: Final[Mapping[str, Mapping[str, Sequence[str]]]] = {
         "nrp_core.platforms": ["hbp_nrp"],
         "nrp_core.script_languages": ["python2"],
     },
+    "nrp-pynest": {"nrp_core.pynn_dialects": ["nest"], "nrp_core.pynn_runners": ["nest"]},
     "nrp-spynnaker": {
         "nrp_core.pynn_dialects": ["pyNN.spiNNaker", "spynnaker", "spynnaker7", "spynnaker8"],
         "nrp_core.pynn_runners": ["spinnaker"],

@@ -169,7 +169,7 @@ class Scope:
         if module is not None:
             if fromlist:
                 return self._with_submodules(module, name, fromlist, globals or {})
-            return self._root(root) or self._places.get(root, module)
+            return self._ours(root) or self._places.get(root, module)
         try:
             real = builtins.__import__(name, globals, locals, fromlist, level)
         except ModuleNotFoundError as error:
@@ -179,7 +179,7 @@ class Scope:
             if fromlist:
                 return self._with_submodules(stand_in, name, fromlist, globals or {})
             self._places[name] = stand_in
-            return self._root(root) or self._stand_in(root, globals or {}, error) or stand_in
+            return self._ours(root) or self._stand_in(root, globals or {}, error) or stand_in
         sys.audit(LOADS, root)
         return real if fromlist else self._stands_for(root) or real
 
@@ -209,10 +209,6 @@ class Scope:
         except ModuleNotFoundError as error:
             return self._stand_in(name, importer, error)
 
-    def _root(self, name: str) -> ModuleType | None:
-        """Return the module that `import name.child` binds if a part of it is a substitute."""
-        return self._packages.get(name) or self._stands_for(name)
-
     def _stand_in(
         self, name: str, importer: Mapping[str, Any], error: ModuleNotFoundError
     ) -> ModuleType | None:
@@ -231,7 +227,9 @@ class Scope:
         """Return the substitute for a name, or the package through which substitutes are reached."""
         if name == "importlib":
             return self._importlib
-        return self._packages.get(name) or self._stands_for(name)
+        own = self._stands_for(name)
+        is_package = own is not None and "__path__" in vars(own)
+        return own if is_package else self._packages.get(name) or own
 
     def _package(self, name: str) -> ModuleType:
         package = ModuleType(name)

@@ -48,13 +48,9 @@ def main(arguments: list[str]) -> None:
     chosen = dict(given.options)
     if len(chosen) < len(given.options):
         parser.error("an --option is given twice, and takes one value")
-    if (given.backend or chosen) and given.simulator != SIMULATOR_NAME:
-        parser.error(f"--as {given.simulator} chooses the backend, so it takes no --backend and no --option")
     try:
-        if given.simulator == SIMULATOR_NAME:
-            _run(script, given.backend, chosen)
-        else:
-            RUNNERS.load(given.simulator)(script)
+        run = _run if given.simulator == SIMULATOR_NAME else RUNNERS.load(given.simulator)
+        run(script, given.backend, chosen)
     except NrpError as error:
         sys.exit(f"error: {error}")
 

@@ -7,16 +7,16 @@ those of its :class:`~nrp_core.network.pynn.dialects.Dialect` among them.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from nrp_core.registry import Registry
 
-Runner = Callable[[Path], object]
-"""Runs a script; its arguments are in ``sys.argv``.
+Runner = Callable[[Path, str | None, Mapping[str, str]], object]
+"""Runs a script in a brain backend, None for the runner's own, with options; arguments are in ``sys.argv``.
 
 Raises:
-    NrpError: the script does something impossible; with file and line.
+    NrpError: the script or an option is impossible; with file and line.
 """
 
 RUNNERS: Registry[Runner] = Registry("nrp_core.pynn_runners", "runner of scripts")

@@ -107,6 +107,7 @@ def load_network(
         ExperimentError: the seed is not an integer.
     """
     from nrp_core.network.pynn import builder
+    from nrp_core.network.pynn.dialects import Dialects
     from nrp_core.network.pynn.export import network_of, views_of
 
     try:
@@ -122,7 +123,8 @@ def load_network(
     sim = builder(require_seed(seed), parameters)
     if adapt is not None:
         adapt(sim)
-    scope = scope_of(sim, simulators, modules or {}, folders, missing, compiled)
+    dialects = Dialects(sim)
+    scope = scope_of(sim, simulators, modules or {}, folders, missing, compiled, dialects)
     given, sys.argv = sys.argv, [str(file)]  # those of the command that runs the experiment are not for it
     try:
         with seeded_generators(Seeds(seed).integer("script")):
@@ -132,7 +134,7 @@ def load_network(
     finally:
         sys.argv = given
     try:
-        network = other(vars(module)) if other is not None else None
+        network = (other or dialects.network)(vars(module))
         network = network or _made_as_data(vars(module), len(sim.state.populations))
         if network is not None:
             return with_views(network, populations or {})
@@ -196,7 +198,7 @@ def scope_of(
         replaced: is called once with the name of each other simulator that is imported.
     """
     from nrp_core.network.pynn.api import SIMULATOR_NAME, overlaid
-    from nrp_core.network.pynn.dialects import Dialects, packages
+    from nrp_core.network.pynn.dialects import DIALECTS, Dialects
 
     others = dialect or Dialects(sim)
     more = {**_with_packages(simulators, sim), **modules}
@@ -222,7 +224,7 @@ def scope_of(
         return sim
 
     return Scope(
-        {"pyNN", "nrp_core", *packages(), *(name.partition(".")[0] for name in more)},
+        {"pyNN", "nrp_core", *(name.partition(".")[0] for name in (*DIALECTS.names(), *more))},
         substitute,
         folders,
         missing or others.missing,

@@ -6,10 +6,11 @@ An entry point in ``nrp_core.pynn_dialects`` has the name of a module that such 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from types import ModuleType
 from typing import Any, ClassVar, Protocol
 
+from nrp_core.network.data import Network
 from nrp_core.registry import Registry
 
 
@@ -47,6 +48,9 @@ class Dialect(Modules, Protocol):
 
     def __init__(self, pynn: ModuleType) -> None: ...
 
+    def network(self, variables: Mapping[str, Any]) -> Network | None:
+        """Return the network that a script built without PyNN, from its variables; None if there is none."""
+
 
 DIALECTS: Registry[type[Dialect]] = Registry("nrp_core.pynn_dialects", "dialect of PyNN")
 
@@ -74,6 +78,10 @@ class Dialects:
         found = (self._dialect(each).missing(name, importer) for each in DIALECTS.names())
         return next((module for module in found if module is not None), None)
 
+    def network(self, variables: Mapping[str, Any]) -> Network | None:
+        """Return the network that a script built with modules of a dialect instead of PyNN, if it did."""
+        return next(filter(None, (dialect.network(variables) for dialect in self._made.values())), None)
+
     def dialect_with(self, name: str) -> Dialect | None:
         """Return the dialect that has a module, or one of the packages that it is in.
 
@@ -90,8 +98,3 @@ class Dialects:
         if kind not in self._made:
             self._made[kind] = kind(self._pynn)
         return self._made[kind]
-
-
-def packages() -> Iterator[str]:
-    """Return the packages of all modules of dialects."""
-    return (name.partition(".")[0] for name in DIALECTS.names())

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from nrp_legacy.brains import NotedNetwork, connect_nest
 from nrp_pynest.api import nest_module
 from nrp_pynest.built import BuiltBrain
+from nrp_pynest.kernel import random_of
 from nrp_pynest.network import network_of
 from nrp_pynest.running import RunningKernel
 
@@ -68,7 +69,7 @@ def build_network(files: Sequence[InitFile], seed: int) -> Network:
         NetworkError: a file is wrong.
     """
     built = NestObjects()
-    kernel = RunningKernel(seed, built)
+    kernel = RunningKernel(random_of(seed), built, is_lenient=True)
     nest = nest_module(kernel)
     built.nest = nest
     built.on_begin.append(kernel.begin)

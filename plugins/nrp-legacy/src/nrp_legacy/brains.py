@@ -16,7 +16,7 @@ import numpy as np
 from nrp_pynest.api import nest_module
 from nrp_pynest.built import BuiltBrain
 from nrp_pynest.joining import join
-from nrp_pynest.kernel import Kernel
+from nrp_pynest.kernel import Kernel, random_of
 from nrp_pynest.models import CELLS, SPIKE_RECORDERS, PyNNCells, valid_recovery_ms
 from nrp_pynest.network import Conversion, network_of
 from nrp_pynest.running import RunningKernel
@@ -290,7 +290,7 @@ def load_script(
     if path.suffix != ".py":
         raise NetworkError(f"a brain must be a .py or .h5 file, not '{path.name}'", path=path)
     built, currents = BuiltBrain(), list[Injection]()
-    kernel = RunningKernel(seed, built)
+    kernel = RunningKernel(random_of(seed), built, is_lenient=True)
     kernel.is_beside = _makes_populations(path)
     built.nest = nest_module(kernel)
     built.on_begin.append(kernel.begin)
@@ -363,7 +363,8 @@ def _keep(
     heard = [cells.tolist() for cells in kernel.joined.recorded.values()]
     recorded += [cells for cells in heard if cells not in map(sorted, recorded)]
     built.recorded = [np.array(sorted(cells), dtype=np.int64) for cells in recorded if cells]
-    built.recorded_states = [] if kernel.groups else _states_recorded_by_pynn(sim)
+    if not kernel.groups:
+        built.recorded_states = _states_recorded_by_pynn(sim)
 
 
 def connect_nest(built: BuiltBrain, kernel: RunningKernel, network: Network) -> Conversion:
@@ -379,6 +380,7 @@ def connect_nest(built: BuiltBrain, kernel: RunningKernel, network: Network) -> 
         built.node_of = lambda neuron: nodes[neuron]
         recorded = _recorded_by_nest(kernel, made)
         built.recorded = [np.array(sorted(cells), dtype=np.int64) for cells in recorded if cells]
+        built.recorded_states = list(kernel.measured(made))
     return made
 
 
@@ -397,10 +399,10 @@ def _recorded_by_pynn(sim: ModuleType) -> list[list[int]]:
     ]
 
 
-def _states_recorded_by_pynn(sim: ModuleType) -> list[tuple[str, IntArray]]:
+def _states_recorded_by_pynn(sim: ModuleType) -> list[tuple[str, IntArray, float | None]]:
     """Return the state variables that are recorded, each with cells of one population."""
     return [
-        (what.name, np.array(sorted(map(int, cells)), dtype=np.int64))
+        (what.name, np.array(sorted(map(int, cells)), dtype=np.int64), None)
         for population in sim.state.populations
         for what, cells in population.recorder.recorded.items()
         if what.name != "spikes" and cells

@@ -10,7 +10,7 @@ from typing import Any
 
 from nrp_pynest.api import nest_module
 from nrp_pynest.built import BuiltBrain
-from nrp_pynest.kernel import Kernel
+from nrp_pynest.kernel import Kernel, random_of
 
 from nrp_core.brain import Network
 from nrp_core.dsl import file_names, file_scope
@@ -102,7 +102,7 @@ class Namespace:
             library.environment(), partial(sleep, self.graph), seed, built.import_path, Paths(library)
         )
         vars(self._libraries["os"]).update(fork=self.started.fork, system=self.started.system)
-        nest = built.nest or nest_module(Kernel(seed))
+        nest = built.nest or nest_module(Kernel(random_of(seed), is_lenient=True))
         substitutes = {
             **self._libraries,
             **messages,

@@ -1,141 +1,97 @@
-"""The module ``nest`` for one brain file."""
+"""The module ``nest`` for one script."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
+from collections.abc import Callable, Mapping
+from enum import IntEnum
 from functools import wraps
 from types import ModuleType
-from typing import Any, NamedTuple, NoReturn
+from typing import Any
 
 import numpy as np
 
-from nrp_core.brain import IntArray
 from nrp_core.errors import NetworkError, did_you_mean
-from nrp_core.findings import Code
-from nrp_pynest.kernel import Block, Kernel, Node, Nodes, exponential, lognormal, normal, uniform
+from nrp_pynest.asking import SpatialFunctions
+from nrp_pynest.connecting import Ends, pairs
+from nrp_pynest.connections import Synapse, Synapses, collected, synapses_between
+from nrp_pynest.kernel import Block, Kernel, Nodes
 from nrp_pynest.models import CELLS, GENERATORS, RECORDERS, SYNAPSES
 from nrp_pynest.native import ProjectionModel
-
-RULES = (
-    "all_to_all", "one_to_one", "fixed_indegree", "fixed_outdegree", "fixed_total_number",
-    "pairwise_bernoulli",
-)  # fmt: skip
-
-
-def pairs(
-    rule: Mapping[str, Any], n_pre: int, n_post: int, random: np.random.RandomState, *, same: bool
-) -> tuple[IntArray, IntArray]:
-    """Return indices of sources and targets, one pair per synapse.
-
-    Args:
-        rule: its name and settings, as ``conn_spec``.
-        n_pre: number of sources.
-        n_post: number of targets.
-        random: the random generator.
-        same: whether sources are the targets, for rules without autapses.
-
-    Raises:
-        NetworkError: the rule is unknown, or the numbers do not fit.
-    """
-    name = str(rule.get("rule", "all_to_all"))
-    if name not in RULES:
-        raise NetworkError(f"nest: the connection rule '{name}' is not supported{did_you_mean(name, RULES)}")
-    autapses = bool(rule.get("autapses", rule.get("allow_autapses", True))) or not same
-    multapses = bool(rule.get("multapses", rule.get("allow_multapses", True)))
-    if name == "one_to_one":
-        if n_pre != n_post:
-            raise NetworkError(
-                f"nest: one_to_one needs equal numbers of sources and targets, not {n_pre} and {n_post}"
-            )
-        return np.arange(n_pre), np.arange(n_pre)
-    if name in ("fixed_indegree", "fixed_outdegree"):
-        inward = name == "fixed_indegree"
-        degree = int(rule["indegree" if inward else "outdegree"])
-        far, near = (n_pre, n_post) if inward else (n_post, n_pre)
-        drawn = _degree(degree, far, near, random, autapses=autapses, multapses=multapses)
-        return drawn if inward else drawn[::-1]
-    if name == "fixed_total_number":
-        total = int(rule["N"])
-        return random.randint(0, n_pre, total), random.randint(0, n_post, total)
-    post, pre = np.divmod(np.arange(n_pre * n_post), max(n_pre, 1))  # target by target, as NEST
-    chosen = np.ones(len(pre), bool) if autapses else pre != post
-    if name == "pairwise_bernoulli":
-        chosen &= random.uniform(size=len(pre)) < float(rule["p"])
-    return pre[chosen], post[chosen]
-
-
-def _degree(
-    degree: int, far: int, near: int, random: np.random.RandomState, *, autapses: bool, multapses: bool
-) -> tuple[IntArray, IntArray]:
-    drawn = []
-    for i in range(near):
-        choices = np.arange(far) if autapses else np.delete(np.arange(far), i)
-        if not multapses and degree > len(choices):
-            raise NetworkError(f"nest: cannot draw {degree} different nodes from {len(choices)}")
-        drawn.append(random.choice(choices, degree, replace=multapses))
-    return np.concatenate([np.empty(0, np.int64), *drawn]), np.repeat(np.arange(near), degree)
-
+from nrp_pynest.parameters import Parameter, parameter_modules
+from nrp_pynest.plots import plot_modules
+from nrp_pynest.spatial import Mask, spatial_module
 
 # ruff: noqa: N802 - the names of NEST
 
 
-class Synapse(NamedTuple):
-    """A synapse as ``GetConnections`` returns it, with the array that contains it."""
-
-    source: int
-    target: int
-    target_thread: int
-    synapse_id: int
-    port: int
-    block: Block
-    place: int
+_OWN = frozenset({"resolution", "biological_time", "kernel_status", "verbosity"})
+"""Properties of the simulator that are attributes of the module, besides those of its status."""
 
 
-class Synapses(tuple[Synapse, ...]):
-    """Synapses, with the methods of NEST 3."""
-
-    __slots__ = ()
-
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("_") or not self or name not in _synapse_values(self[0]):
-            raise AttributeError(f"synapses do not have the attribute '{name}'")
-        return self.get(name)
+class NestModule(ModuleType):
+    """The module: properties of the simulator are its attributes, as in NEST 3."""
 
     def __setattr__(self, name: str, value: Any) -> None:
-        self.set({name: value})
+        made = vars(self)["_made"]
+        if name in made.status or name in _OWN:
+            vars(self)["SetKernelStatus"]({name: value})
+        elif name in _SETTINGS:
+            return
+        else:
+            super().__setattr__(name, value)
 
-    def set(self, params: Any = None, **fields: Any) -> None:
-        """Set parameters."""
-        _set_synapses(self, {**(params or {}), **fields})
-
-    def get(self, name: str) -> Any:
-        """Return a parameter of each."""
-        if self:
-            self[0].block.kernel.read_weights()
-        return tuple(_synapse_values(one).get(name) for one in self)
+    def __getattr__(self, name: str) -> Any:
+        made = vars(self)["_made"]
+        if name in made.status or name in ("biological_time", "network_size", "num_connections"):
+            return vars(self)["GetKernelStatus"](name)
+        if name == "kernel_status":
+            return vars(self)["GetKernelStatus"]()
+        if name in _SETTINGS:
+            return _SETTINGS[name]
+        raise AttributeError(f"nest.{name} is not supported{did_you_mean(name, tuple(vars(self)))}")
 
 
 def nest_module(made: Kernel) -> ModuleType:
     """Return the module; its calls create nodes and synapses in a kernel."""
-    api = _Interface(made)
-    functions = {
-        name: _once_ready(made, getattr(api, name)) for name in vars(_Interface) if not name.startswith("_")
-    }
-    quiet = dict.fromkeys(_QUIET, _nothing)
-    random, here = ModuleType("nest.random"), ModuleType("nest")
-    vars(random).update(uniform=uniform, normal=normal, lognormal=lognormal, exponential=exponential)
-    vars(here).update(**functions, **quiet, random=random, sli_func=_sli_func, __version__="2.18.0")
-    vars(here).update(ll_api=here, hl_api=here, NodeCollection=lambda nodes: Nodes.of(made, nodes))
-    vars(here)["__getattr__"] = _unknown(tuple(vars(here)))
+    functions: dict[str, Any] = {}
+    for api in (_Interface(made), SpatialFunctions(made)):
+        functions |= {
+            name: _once_ready(made, getattr(api, name))
+            for name in vars(type(api))
+            if not name.startswith("_")
+        }
+    here = NestModule("nest")
+    vars(here).update(
+        _made=made, __path__=[], **functions, **dict.fromkeys(_QUIET, _nothing), **parameter_modules(),
+        spatial=spatial_module(), sli_func=_sli_func, __version__="3.10.0", VerbosityLevel=VerbosityLevel,
+        build_info={"have_libneurosim": False, "have_mpi": False, "version": "3.10.0"}, ll_api=here,
+        hl_api=here, CreateMask=lambda kind, settings, anchor=(): Mask(kind, settings, anchor),
+        CreateParameter=lambda kind, settings: vars(here)["random"].__dict__[kind](**settings),
+        CollocatedSynapses=lambda *parts: list(parts), **plot_modules(here),
+        NodeCollection=lambda nodes=(): Nodes.of(made, nodes), NestModule=NestModule,
+        set=lambda **values: functions["SetKernelStatus"](values), get=functions["GetKernelStatus"],
+    )  # fmt: skip
     return here
 
 
+class VerbosityLevel(IntEnum):
+    """The levels of NEST's messages; this module writes none."""
+
+    ALL, DEBUG, STATUS, INFO, PROGRESS, DEPRECATED, WARNING, ERROR, FATAL, QUIET = range(10)
+
+
+_SETTINGS: Mapping[str, Any] = {
+    "verbosity": VerbosityLevel.INFO, "use_wfr": False, "wfr_tol": 1e-4, "wfr_max_iterations": 15,
+    "wfr_comm_interval": 1.0, "wfr_interpolation_order": 3, "keep_source_table": True,
+    "sort_connections_by_source": True, "use_compressed_spikes": True, "recording_backends": (),
+    "memory_size": 0, "structural_plasticity_update_interval": 1e4, "tics_per_ms": 1000.0,
+}  # fmt: skip
+"""Properties of NEST that have no effect here."""
 _QUIET = (
     "set_verbosity", "sli_run", "sr", "sli_push", "Install", "Prepare", "Cleanup", "CatchInterrupt",
     "M_WARNING", "M_ERROR", "M_FATAL", "M_INFO", "M_QUIET", "PrintNetwork", "PrintNodes", "Rank",
     "SyncProcesses", "DisableStructuralPlasticity", "SetStructuralPlasticityStatus",
-    "EnableStructuralPlasticity",
+    "EnableStructuralPlasticity", "message",
 )  # fmt: skip
 """Functions that do nothing here."""
 
@@ -163,23 +119,26 @@ class _Interface:
         """Create nodes."""
         if isinstance(n, Mapping):
             n, params = 1, n
-        return self._made.create(str(model), int(n), params)
+        if positions is None:
+            return self._made.create(str(model), int(n), params)
+        layer = positions.layer(int(n), self._made.random)
+        return self._made.create(str(model), len(layer.positions), params, layer)
 
     def SetStatus(self, nodes: Any, params: Any, val: Any = None) -> None:
         """Set parameters of nodes or synapses: ``params`` may be a name and ``val`` its values."""
         given = {params: val} if isinstance(params, str) else params
         if _are_synapses(nodes):
-            _set_synapses(_several(nodes), given)
+            collected(nodes).set(given)
         elif _several(nodes):
             whole = given[0] if isinstance(given, (list, tuple)) and len(given) == 1 else given
             self._made.set_nodes(_several(nodes), whole)
 
     def GetStatus(self, nodes: Any, keys: Any = None, output: str = "") -> Any:
         """Return parameters of nodes or synapses."""
-        if are_synapses := _are_synapses(nodes):
-            self._made.read_weights()
-        values = _synapse_values if are_synapses else self._made.node_values
-        found = [values(one) for one in _several(nodes)]
+        if _are_synapses(nodes):
+            found = list(collected(nodes).rows())
+        else:
+            found = [self._made.node_values(one) for one in _several(nodes)]
         if keys is None:
             return tuple(found)
         if isinstance(keys, str):
@@ -188,12 +147,17 @@ class _Interface:
 
     def Connect(
         self, pre: Any, post: Any, conn_spec: Any = None, syn_spec: Any = None, *more: Any,
-        model: Any = None, params: Any = None, delay: Any = None, **_options: Any,
-    ) -> None:  # fmt: skip
+        model: Any = None, params: Any = None, delay: Any = None, return_synapsecollection: bool = False,
+        **_options: Any,
+    ) -> Any:  # fmt: skip
         """Connect nodes; also in the old form ``Connect(pre, post, weight, delay, model)``."""
+        if isinstance(syn_spec, list):  # several synapses for each pair
+            for one in syn_spec:
+                self.Connect(pre, post, conn_spec, one)
+            return None
         if isinstance(syn_spec, ProjectionModel):
             syn_spec.connect(_several(pre), _several(post), conn_spec)
-            return
+            return None
         sources, targets = _several(pre), _several(post)
         if isinstance(conn_spec, (int, float, np.number)) or _is_plain_list(conn_spec):
             rule, given = "one_to_one", {"weight": conn_spec, "delay": syn_spec if delay is None else delay}
@@ -206,7 +170,9 @@ class _Interface:
                 syn_spec if isinstance(syn_spec, str) else model
             )
         options = dict(rule) if isinstance(rule, Mapping) else {"rule": rule}
-        self._connect(sources, targets, options, str(name or "static_synapse"), given)
+        block = self._connect(sources, targets, options, str(name or "static_synapse"), given)
+        every = [(block, np.arange(len(block.pre)))]
+        return Synapses(self._made, every) if return_synapsecollection else None
 
     def ConvergentConnect(
         self, pre: Any, post: Any, weight: Any = None, delay: Any = None, model: Any = None
@@ -217,37 +183,46 @@ class _Interface:
 
     DivergentConnect = ConvergentConnect
 
-    def _connect(self, pre: Any, post: Any, rule: dict[str, Any], name: str, given: dict[str, Any]) -> None:
-        i, j = pairs(rule, len(pre), len(post), self._made.random, same=list(pre) == list(post))
+    def _connect(self, pre: Any, post: Any, rule: dict[str, Any], name: str, given: dict[str, Any]) -> Block:
+        made = self._made
         sources, targets = (np.array(list(map(int, nodes)), dtype=np.int64) for nodes in (pre, post))
+        spatial = [value for value in (*rule.values(), *given.values()) if isinstance(value, Parameter)]
+        where = made.positions_of if spatial or "mask" in rule else _nowhere
+        layer = made.group_of(int(pre[0])).layer if where is not _nowhere and len(pre) else None
+        same = len(pre) == len(post) and bool((sources == targets).all())
+        ends = Ends(len(pre), len(post), same, where(sources.tolist()), where(targets.tolist()), layer)
+        i, j = pairs(rule, ends, made.random)
 
         def weave(value: Any) -> Any:
             array = np.asarray(value, dtype=float)
             if array.size == 1:
                 return array.reshape(())
-            if array.ndim == 2:  # rows are targets
+            if array.ndim == 2 and array.shape == (len(targets), len(sources)):  # rows are targets
                 return array[j, i]
             if array.size == len(i):
-                return array
+                return array.ravel()
             raise NetworkError(f"nest: {array.size} values for {len(i)} synapses")
 
         values = {key: value for key, value in given.items() if value is not None}
-        self._made.connect(sources[i], targets[j], name, values, weave)
+        return made.connect(sources[i], targets[j], name, values, ends.places(i, j, made.random), weave)
 
     def GetConnections(
         self, source: Any = None, target: Any = None, synapse_model: Any = None, **_more: Any
     ) -> Synapses:
         """Return the synapses between nodes."""
-        found: list[Synapse] = []
-        for number, block in enumerate(self._made.blocks):
-            if synapse_model is not None and block.model != synapse_model:
-                continue
-            chosen = _among(block.pre, source) & _among(block.post, target)
-            found += (
-                Synapse(int(block.pre[k]), int(block.post[k]), 0, number, k, block, k)
-                for k in np.flatnonzero(chosen).tolist()
-            )
-        return Synapses(found)
+        sources, targets = (None if nodes is None else _several(nodes) for nodes in (source, target))
+        return synapses_between(self._made, sources, targets, synapse_model)
+
+    def GetNodes(self, properties: Mapping[str, Any] | None = None, **_more: Any) -> Nodes:
+        """Return all nodes that have some properties."""
+        wanted = dict(properties or {})
+        every = (node for group in self._made.groups for node in range(group.first, group.first + group.size))
+        if not wanted:
+            return Nodes.of(self._made, every)
+        values = ((node, self._made.node_values(node)) for node in every)
+        return Nodes.of(
+            self._made, [node for node, own in values if all(own.get(k) == v for k, v in wanted.items())]
+        )
 
     def SetDefaults(self, model: str, params: Any, val: Any = None) -> None:
         """Change the defaults of a model."""
@@ -277,14 +252,16 @@ class _Interface:
 
     def SetKernelStatus(self, params: Mapping[str, Any]) -> None:
         """Set properties of the simulator; the resolution is that of the network."""
-        self._made.status.update(params)
+        self._made.set_status(params)
 
     def GetKernelStatus(self, keys: Any = None) -> Any:
         """Return properties of the simulator."""
+        made = self._made
         values = {
-            **self._made.status,
-            **self._made.now(),
-            "network_size": sum(group.size for group in self._made.groups) + 1,
+            **made.status,
+            **made.now(),
+            "network_size": sum(group.size for group in made.groups) + made.is_lenient,
+            "num_connections": sum(len(block.pre) for block in made.blocks),
         }
         if isinstance(keys, str):
             return values.get(keys)
@@ -295,9 +272,8 @@ class _Interface:
         return 1
 
     def Simulate(self, t: float) -> None:
-        """Do nothing, because the experiment runs the network."""
-        message = "the brain file calls Simulate: ignored, because the experiment runs the network"
-        self._made.notes.add(Code.NRP217, message, subject="Simulate")
+        """Run the network for ``t`` ms; in a brain file nothing, because the experiment runs it."""
+        self._made.simulate(float(t))
 
     Run = Simulate
 
@@ -311,21 +287,18 @@ def _once_ready(made: Kernel, function: Callable[..., Any]) -> Callable[..., Any
     return call
 
 
+def _nowhere(_nodes: Any) -> None:
+    return None
+
+
 def _nothing(*_values: Any, **_fields: Any) -> int:
     return 0
-
-
-def _unknown(names: tuple[str, ...]) -> Callable[[str], NoReturn]:
-    def attribute(name: str) -> NoReturn:
-        raise AttributeError(f"nest.{name} is not supported{did_you_mean(name, names)}")
-
-    return attribute
 
 
 def _several(nodes: Any) -> Any:
     """Return nodes or synapses, possibly a single one, as a sequence."""
     if isinstance(nodes, (int, np.integer)):
-        return [Node(nodes)]
+        return [nodes]
     if isinstance(nodes, Synapse):
         return [nodes]
     if _are_cells(nodes):
@@ -341,28 +314,11 @@ def _are_cells(value: Any) -> bool:
 
 
 def _are_synapses(items: Any) -> bool:
+    if isinstance(items, (Synapse, Synapses)):
+        return True
     several = _several(items)
-    return len(several) > 0 and isinstance(several[0], Synapse)
+    return not isinstance(several, Nodes) and len(several) > 0 and isinstance(several[0], Synapse)
 
 
 def _is_plain_list(value: Any) -> bool:
-    return isinstance(value, (list, tuple, np.ndarray))
-
-
-def _among(nodes: IntArray, wanted: Any) -> Any:
-    return np.ones(len(nodes), bool) if wanted is None else np.isin(nodes, list(map(int, _several(wanted))))
-
-
-def _synapse_values(synapse: Synapse) -> dict[str, Any]:
-    block, place = synapse.block, synapse.place
-    values = {name: float(column[place]) for name, column in block.values.items()}
-    return {"source": synapse.source, "target": synapse.target, "synapse_model": block.model, **values}
-
-
-def _set_synapses(synapses: Sequence[Synapse], given: Any) -> None:
-    with synapses[0].block.kernel.changing() if synapses else nullcontext():
-        for i, synapse in enumerate(synapses):
-            own = given if isinstance(given, Mapping) else given[i]
-            for name, value in own.items():
-                column = synapse.block.values.setdefault(name, np.full(len(synapse.block.pre), np.nan))
-                column[synapse.place] = value[i] if _is_plain_list(value) else value
+    return isinstance(value, (list, tuple, np.ndarray)) and not isinstance(value, Nodes)

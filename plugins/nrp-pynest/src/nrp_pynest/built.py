@@ -22,7 +22,7 @@ from nrp_core.brain import (
     StateRecorder,
     StateRecorderPort,
 )
-from nrp_core.clock import NS_PER_MS
+from nrp_core.clock import NS_PER_MS, nanoseconds
 from nrp_core.errors import LifecycleError
 from nrp_core.experiment import Run
 
@@ -38,7 +38,8 @@ class BuiltBrain:
         variables: variables of the file, with running cells and synapses.
         show: returns the value of a variable for transfer functions, by its value and name.
         recorded: neurons whose spikes the file records.
-        recorded_states: state variables that the file records, each with neurons.
+        recorded_states: state variables that the file records, each with neurons and the interval of
+            samples, ms.
         node_of: returns the number of a neuron's node in NEST.
         nest: the module ``nest`` for this network.
         import_path: ``sys.path`` for the code of the experiment.
@@ -50,15 +51,16 @@ class BuiltBrain:
         self.variables: Mapping[str, Any] = {}
         self.show: Callable[[Any, str], Any] = lambda value, _name: value
         self.recorded: list[IntArray] = []
-        self.recorded_states: list[tuple[str, IntArray]] = []
+        self.recorded_states: list[tuple[str, IntArray, float | None]] = []
         self.node_of: Callable[[int], int] = lambda neuron: neuron + 1
         self.nest: ModuleType | None = None
         self.import_path = list(sys.path)
         self.on_begin: list[Callable[[Run], None]] = []
-        self._run: Run | None = None
+        self._brain: Brain | None = None
+        self._now_ns: Callable[[], int] = lambda: 0
         self._parameters: dict[str, FloatArray] = {}
         self._recorders: list[SpikeRecorderPort] = []
-        self._states: list[StateRecorderPort] = []
+        self._states: list[tuple[float, StateRecorderPort]] = []
 
     def __reduce__(self) -> tuple[type[BuiltBrain], tuple[()]]:
         """Return the pickled form, which is empty because other processes have no code of it."""
@@ -70,21 +72,31 @@ class BuiltBrain:
 
     def begin(self, run: Run) -> None:
         """Connect to a run."""
-        self.network, self._run = run.brain.network, run
-        self._recorders.clear()
-        self._states.clear()
-        for cells in self.recorded:
-            self.record(cells)
-        for variable, cells in self.recorded_states:
-            self.record_state(variable, cells)
+        self.open(run.brain, lambda: run.loop.now_ns)
         run.loop.hooks.after_reset.append(lambda _loop: self._parameters.clear())
         for begin in self.on_begin:
             begin(run)
 
+    def open(self, brain: Brain, now_ns: Callable[[], int]) -> None:
+        """Connect to a brain, and record what the file records.
+
+        Args:
+            brain: it has the network of the file.
+            now_ns: returns its time.
+        """
+        self.network, self._brain, self._now_ns = brain.network, brain, now_ns
+        self._parameters.clear()
+        self._recorders.clear()
+        self._states.clear()
+        for cells in self.recorded:
+            self.record(cells)
+        for variable, cells, interval_ms in self.recorded_states:
+            self.record_state(variable, cells, interval_ms)
+
     @property
-    def run(self) -> Run | None:
-        """The run, None before it begins."""
-        return self._run
+    def is_running(self) -> bool:
+        """Whether a brain has the network."""
+        return self._brain is not None
 
     @property
     def brain(self) -> Brain:
@@ -93,14 +105,14 @@ class BuiltBrain:
         Raises:
             LifecycleError: none exists yet.
         """
-        if self._run is None:
+        if self._brain is None:
             raise LifecycleError("the brain can be read and changed only while the simulation runs")
-        return self._run.brain
+        return self._brain
 
     @property
     def now_ms(self) -> float:
         """Simulated time."""
-        return 0.0 if self._run is None else self._run.loop.now_ns / NS_PER_MS
+        return self._now_ns() / NS_PER_MS
 
     # -- parameters
 
@@ -156,31 +168,50 @@ class BuiltBrain:
         chosen = np.isin(spikes.neurons, ids)
         return Spikes(spikes.neurons[chosen], spikes.times_ms[chosen])
 
-    def record_state(self, variable: str, ids: IntArray) -> None:
-        """Record a state variable of neurons at each time step of the script, if the brain can read it."""
-        if variable not in self.brain.capabilities.state_variables or any(self._covering(variable, ids)):
+    def record_state(self, variable: str, ids: IntArray, interval_ms: float | None = None) -> None:
+        """Record a state variable of neurons, if the brain can read it.
+
+        Args:
+            variable: its name.
+            ids: the neurons.
+            interval_ms: between samples; by default the time step of the script.
+        """
+        every_ms = interval_ms or self.network.timestep_ms or _STEP_MS
+        known = self.brain.capabilities.state_variables
+        if variable not in known or any(self._covering(variable, ids, interval_ms)):
             return
-        spec = StateRecorder(variable, dt=self.network.timestep_ms or _STEP_MS)
         name = f"brain/recorded/{variable}/{len(self._states)}"
-        port = self.brain.add_sink(spec, ids, name=name)
+        port = self.brain.add_sink(StateRecorder(variable, dt=every_ms), ids, name=name)
         assert isinstance(port, StateRecorderPort)
-        self._states.append(port)
+        self._states.append((every_ms, port))
 
     def states(self, ids: IntArray) -> Iterator[tuple[str, FloatArray, FloatArray]]:
         """Yield each recorded variable of neurons: its name, times (ms), and values, ``(n, n_ids)``."""
-        for variable in dict.fromkeys(port.variable for port in self._states):
+        for variable in dict.fromkeys(port.variable for _, port in self._states):
             for port in islice(self._covering(variable, ids), 1):
                 times_ms, values = port.samples()
                 yield variable, times_ms, values[:, np.searchsorted(port.neurons, ids)]
 
-    def _covering(self, variable: str, ids: IntArray) -> Iterator[StateRecorderPort]:
+    def samples(self, variable: str, ids: IntArray, interval_ms: float) -> tuple[FloatArray, FloatArray]:
+        """Return times (ms) and samples, ``(n, n_ids)``, of a variable; the first call starts recording."""
+        self.record_state(variable, ids, interval_ms)
+        for port in self._covering(variable, ids, interval_ms):
+            times_ms, values = port.samples()
+            return times_ms, values[:, np.searchsorted(port.neurons, ids)]
+        return np.empty(0), np.empty((0, len(ids)))
+
+    def _covering(
+        self, variable: str, ids: IntArray, interval_ms: float | None = None
+    ) -> Iterator[StateRecorderPort]:
         """Yield the recorders of a variable that have all these neurons, in order."""
-        ports = (port for port in self._states if port.variable == variable)
-        return (port for port in ports if np.isin(ids, port.neurons).all())
+        for every_ms, port in self._states:
+            fits = interval_ms is None or nanoseconds(every_ms) == nanoseconds(interval_ms)
+            if fits and port.variable == variable and np.isin(ids, port.neurons).all():
+                yield port
 
     def clear(self, ids: IntArray) -> None:
         """Delete the recordings of single neurons."""
-        for port in (*self._recorders, *self._states):
+        for port in (*self._recorders, *(port for _, port in self._states)):
             if np.isin(port.neurons, ids).all():
                 port.reset()
 

@@ -101,7 +101,7 @@ class _Joining:
             made.initialize(**cells.initial_values)
             return made
         if group.base == SPIKES:
-            times = [sim.Sequence(train) for train in trains_of(group)]
+            times = [sim.Sequence(train) for train in trains_of(group, self._kernel.random)]
             return sim.Population(group.size, sim.SpikeSourceArray(spike_times=times), label=group.model)
         return group
 

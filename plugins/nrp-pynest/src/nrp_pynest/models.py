@@ -13,6 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.network.cells import CELLS as CELL_TYPES
 from nrp_core.network.nest_models import LEAK_NS, NEST_CELLS, CellModel, NestParameter
 from nrp_core.network.pynn.export import cell_type_of
 from nrp_core.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
@@ -21,6 +22,7 @@ PARROT: Final = "parrot_neuron"
 POISSON: Final = "poisson_generator"
 SPIKES: Final = "spike_generator"
 CURRENT: Final = "dc_generator"
+FOREVER_MS: Final = 1e12
 
 _KILO = 1e-3
 _PAIRS: Mapping[str, tuple[str, float, float]] = {
@@ -53,22 +55,58 @@ CELLS: Final[Mapping[str, CellModel]] = {
 }  # fmt: skip
 """Models of cells; a parrot is one that any weight makes spike."""
 SPIKE_RECORDERS: Final = ("spike_detector", "spike_recorder")
+MULTIMETERS: Final = ("multimeter", "voltmeter")
+_WINDOW: Final[Mapping[str, Any]] = {"start": 0.0, "stop": FOREVER_MS, "origin": 0.0}
+RECORDER_DEFAULTS: Final[Mapping[str, Mapping[str, Any]]] = {
+    **{name: {**_WINDOW, "record_to": "memory", "label": ""} for name in SPIKE_RECORDERS},
+    "multimeter": {**_WINDOW, "interval": 1.0, "record_from": (), "record_to": "memory", "label": ""},
+    "voltmeter": {**_WINDOW, "interval": 1.0, "record_from": ("V_m",), "record_to": "memory", "label": ""},
+}
 IDLE: Final[Mapping[str, str]] = {
-    **dict.fromkeys(
-        ("multimeter", "voltmeter", "weight_recorder", "correlation_detector", "spin_detector"),
-        "it records nothing",
-    ),
+    **dict.fromkeys(("weight_recorder", "correlation_detector", "spin_detector"), "it records nothing"),
     "volume_transmitter": "no dopamine reaches the synapses",
 }
 """The effect of leaving out models that are known, but not supported."""
-RECORDERS: Final = frozenset({*SPIKE_RECORDERS, *IDLE})
+RECORDERS: Final = frozenset({*RECORDER_DEFAULTS, *IDLE})
 """Models that only record; a network does not need them."""
+CURRENTS: Final[Mapping[str, Mapping[str, Any]]] = {
+    CURRENT: {"amplitude": 0.0, **_WINDOW},
+    "ac_generator": {"amplitude": 0.0, "offset": 0.0, "frequency": 0.0, "phase": 0.0, **_WINDOW},
+    "step_current_generator": {"amplitude_times": (), "amplitude_values": (), **_WINDOW},
+    "noise_generator": {"mean": 0.0, "std": 0.0, "std_mod": 0.0, "dt": 1.0, "frequency": 0.0, "phase": 0.0,
+                        **_WINDOW},
+}  # fmt: skip
+"""Generators of currents, pA."""
+POISSONS: Final = (POISSON, "poisson_generator_ps")
+"""Generators that send each target a spike train of its own."""
+TRAINS: Final = (SPIKES, "pulsepacket_generator")
+"""Generators that send all targets the same spikes, which are known in advance."""
 GENERATORS: Final[Mapping[str, Mapping[str, Any]]] = {
-    POISSON: {"rate": 0.0, "start": 0.0, "stop": 1e12},
-    SPIKES: {"spike_times": ()},
-    CURRENT: {"amplitude": 0.0, "start": 0.0, "stop": 1e12},
-}
+    POISSON: {"rate": 0.0, **_WINDOW},
+    "poisson_generator_ps": {"rate": 0.0, "dead_time": 0.0, **_WINDOW},
+    SPIKES: {"spike_times": (), "spike_weights": (), "spike_multiplicities": (), "precise_times": False,
+             "allow_offgrid_times": False, "shift_now_spikes": False, **_WINDOW},
+    "pulsepacket_generator": {"pulse_times": (), "activity": 0, "sdev": 0.0, **_WINDOW},
+    **CURRENTS,
+}  # fmt: skip
 """Models that only emit, with their parameters."""
+LISTS: Final = frozenset(
+    {
+        "spike_times", "spike_weights", "spike_multiplicities", "tau_syn", "amplitude_times",
+        "amplitude_values", "pulse_times", "record_from",
+    }
+)  # fmt: skip
+"""Parameters that are lists."""
+STATES: Final[Mapping[str, tuple[str, float]]] = {
+    "V_m": ("v", 1.0), "w": ("w", 1e-3), "U_m": ("u", 1.0), "g_ex": ("gsyn_exc", 1e-3),
+    "g_in": ("gsyn_inh", 1e-3), "I_syn_ex": ("isyn_exc", 1e-3), "I_syn_in": ("isyn_inh", 1e-3),
+    "Act_m": ("m", 1.0), "Inact_h": ("h", 1.0), "Act_n": ("n", 1.0),
+}  # fmt: skip
+"""State variables of cells: the name in a network, and the factor to its unit."""
+WITHOUT_EFFECT: Final = frozenset(
+    {"gsl_error_tol", "frozen", "tau_minus", "tau_minus_triplet", "node_uses_wfr", "local"}
+)
+"""Parameters of cells that need no counterpart; ``tau_minus`` is one of their STDP synapses."""
 
 _STDP = {"tau_plus": 20.0, "lambda": 0.01, "alpha": 1.0, "mu_plus": 1.0, "mu_minus": 1.0, "Wmax": 100.0}
 _TSODYKS = {"U": 0.5, "tau_rec": 800.0, "tau_fac": 0.0, "tau_psc": 3.0}
@@ -117,7 +155,7 @@ SYNAPSES: Final[Mapping[str, SynapseModel]] = {
 def defaults_of(name: str) -> dict[str, Any]:
     """Return the parameters of a model of cells, generators or recorders, NEST's names and units."""
     if name not in CELLS:
-        return dict(GENERATORS.get(name, {}))
+        return dict(GENERATORS.get(name, RECORDER_DEFAULTS.get(name, {})))
     values = {parameter.name: parameter.default for parameter in CELLS[name].parameters.values()}
     if name in LEAK_NS:
         values["g_L"] = LEAK_NS[name]
@@ -211,3 +249,9 @@ def scale_of(population: Any) -> float:
     """Return the factor from NEST's unit of weights to PyNN's: nS to µS, pA to nA, or mV to mV."""
     kind = cell_type_of(population)
     return CELLS[NEST_OF[kind]].weight_scale if kind in NEST_OF else 1e-3
+
+
+def recordables(model: str) -> tuple[str, ...]:
+    """Return the state variables of a model that a multimeter can record."""
+    cell = CELL_TYPES.get(CELLS[model].cell_type)
+    return () if cell is None else tuple(name for name, (own, _) in STATES.items() if own in cell.state)

@@ -12,14 +12,24 @@ from typing import Any, Final
 import numpy as np
 from pyNN.standardmodels import cells as standard
 
-from nrp_core.brain import BoolArray, FloatArray, IntArray, Network, Population, Projection
+from nrp_core.brain import FloatArray, IntArray, Network, Population, Projection
 from nrp_core.errors import NetworkError
 from nrp_core.network.nest_models import LEAK_NS, NestParameter
 from nrp_core.network.picking import CIRCUIT
 from nrp_core.network.pynn.export import unique
 from nrp_core.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_pynest.kernel import Block, Group, Kernel, Node, Nodes
-from nrp_pynest.models import CELLS, CURRENT, POISSON, SPIKES, initial_mv, valid_recovery_ms
+from nrp_pynest.models import (
+    CELLS,
+    CURRENT,
+    CURRENTS,
+    POISSONS,
+    SPIKE_RECORDERS,
+    STATES,
+    TRAINS,
+    initial_mv,
+    valid_recovery_ms,
+)
 
 PLAIN: Final = {"iaf_psc_exp_multisynapse": "iaf_psc_exp", "iaf_psc_alpha_multisynapse": "iaf_psc_alpha"}
 """The models with several receptors, and those with two that are otherwise equal."""
@@ -122,7 +132,7 @@ class Link:
     values: Mapping[str, FloatArray]
     kind: str
     block: Block
-    places: IntArray
+    places: Any
 
 
 class Conversion:
@@ -136,7 +146,9 @@ class Conversion:
         sources: the sources of spikes of Poisson generators, one for each synapse, by their numbers.
         places: for each projection, the block and the indices of its synapses there, and the factor from
             NEST's unit to the network's.
-        network: the network.
+        heard: the sources of Poisson generators that each recorder of spikes records.
+        current_links: the synapses from generators of currents to cells.
+        network: the network, without these currents.
     """
 
     def __init__(self, kernel: Kernel) -> None:
@@ -148,10 +160,12 @@ class Conversion:
         self.ids: dict[int, int] = {}
         self.sources: dict[int, list[int]] = {}
         self.places: list[tuple[Block, IntArray, float]] = []
+        self.current_links: list[Link] = []
+        self.heard: dict[int, list[int]] = {}
         self.network = self._made()
 
     def _made(self) -> Network:
-        groups = [group for group in self._kernel.groups if group.base in (*CELLS, SPIKES)]
+        groups = [group for group in self._kernel.groups if group.base in (*CELLS, *TRAINS)]
         for group, label in zip(groups, unique(group.model for group in groups), strict=True):
             self._add(group, label)
         for link in self._links:
@@ -159,20 +173,29 @@ class Conversion:
         resolution = float(self._kernel.status["resolution"])
         return Network(self._populations, tuple(self._projections), timestep_ms=resolution)
 
+    @property
+    def _n_cells(self) -> int:
+        return sum(population.size for population in self._populations.values())
+
     def _add(self, group: Group, label: str) -> None:
-        first = sum(population.size for population in self._populations.values())
+        first = self._n_cells
         self.ids |= {group.first + i: first + i for i in range(group.size)}
         self._labels[group.first] = label
         if group.base in CELLS:
             cells = with_two_receptors(group, self._kernel)
             self._populations[label] = cells_from(cells, label, self._currents(group))
         else:
-            times = tuple(trains_of(group))
+            times = tuple(trains_of(group, self._kernel.random))
             self._populations[label] = Population(label, group.size, "SpikeSourceArray", {}, {}, times)
 
     def _currents(self, group: Group) -> FloatArray:
-        """Return the constant current that generators send into each cell, nA."""
+        """Return the constant current that generators send into each cell, nA.
+
+        Only a lenient kernel has such: elsewhere a current has a start and can change, see :attr:`currents`.
+        """
         currents = np.zeros(group.size)
+        if not self._kernel.is_lenient:
+            return currents
         for link in self._links:
             if link.target is group and link.source.base == CURRENT:
                 sent = link.source.column("amplitude", 0.0)[link.pre] * link.values["weight"] * 1e-3
@@ -182,13 +205,20 @@ class Conversion:
     def _connect(self, link: Link) -> None:
         source, target, pre = link.source, link.target, link.pre
         if target.base not in CELLS:
+            if source.base in POISSONS and target.base in SPIKE_RECORDERS:
+                first = self._n_cells
+                self._own_sources(source, pre)
+                for i, place in enumerate(link.post.tolist()):
+                    self.heard.setdefault(target.first + place, []).append(first + i)
             return
-        if source.base == POISSON:
+        if source.base in POISSONS:
             label = self._own_sources(source, pre)
             pre = np.arange(len(pre))
         elif source.first in self._labels:
             label = self._labels[source.first]
         else:
+            if source.base in CURRENTS:
+                self.current_links.append(link)
             return
         for receptor, chosen in by_receptor(link.values["weight"]):
             values = {name: column[chosen] for name, column in link.values.items()}
@@ -196,14 +226,18 @@ class Conversion:
             conducts = self._populations[self._labels[target.first]].is_conductance_based
             sign = -1.0 if conducts and receptor == "inhibitory" else 1.0
             scale = sign * CELLS[target.base].weight_scale
-            self.places.append((link.block, link.places[chosen], scale))
+            places = chosen if isinstance(link.places, slice) else link.places[chosen]
+            self.places.append((link.block, places, scale))
 
     def _own_sources(self, source: Group, pre: IntArray) -> str:
         label = unique([*self._populations, source.model])[-1]
-        first = sum(population.size for population in self._populations.values())
+        first = self._n_cells
         for i, place in enumerate(pre.tolist()):
             self.sources.setdefault(source.first + place, []).append(first + i)
-        self._populations[label] = Population(label, len(pre), "SpikeSourcePoisson", trains_at(source, pre))
+        parameters, kind = trains_at(source, pre), "SpikeSourcePoisson"
+        if "dead_time" in source.defaults and source.column("dead_time", 0.0).any():
+            kind, parameters["tau_refrac"] = f"{kind}Refractory", source.column("dead_time", 0.0)[pre]
+        self._populations[label] = Population(label, len(pre), kind, parameters)
         return label
 
     def _project(
@@ -211,14 +245,19 @@ class Conversion:
         values: Mapping[str, FloatArray], link: Link,
     ) -> None:  # fmt: skip
         post, scale = self._labels[link.target.first], CELLS[link.target.base].weight_scale
-        weight = values["weight"] * scale
         conducts = self._populations[post].is_conductance_based
-        kind, parameters, plasticity = plasticity_of(link.kind, values, scale)
+        sign = -1.0 if conducts and receptor == "inhibitory" else 1.0
+        weight, delay_ms = _scaled(values["weight"], sign * scale), _scaled(values["delay"], 1.0)
+        if link.kind == STDP:
+            values = {**values, "tau_minus": link.target.column("tau_minus", 20.0)[post_index]}
+        kind, parameters, plasticity = plasticity_of(
+            link.kind, values, scale, is_lenient=self._kernel.is_lenient
+        )
         label = unique([*(one.label for one in self._projections), f"{pre}→{post} {receptor}"])[-1]
         self._projections.append(
             Projection(
                 label, pre, post, receptor, pre_index.astype(np.int32), post_index.astype(np.int32),
-                np.abs(weight) if conducts else weight, values["delay"].copy(), kind, parameters, plasticity,
+                weight, delay_ms, kind, parameters, plasticity,
             )
         )  # fmt: skip
 
@@ -268,6 +307,9 @@ def cells_from(group: Group, label: str, current_na: FloatArray) -> Population:
     parameters["i_offset"] = parameters["i_offset"] + current_na
     initial = {name: np.full(group.size, value) for name, value in base.default_initial_values.items()}
     initial["v"] = group.column("V_m", initial_mv(group.base))
+    for name, (own, scale) in STATES.items():
+        if own != "v" and name in {*group.values, *group.defaults} and own in initial:
+            initial[own] = group.column(name, 0.0) * scale
     return Population(label, group.size, model.cell_type, parameters, initial)
 
 
@@ -277,33 +319,69 @@ def _parameter(group: Group, parameter: NestParameter) -> FloatArray:
     return np.asarray(group.column(parameter.name, parameter.default) * parameter.scale)
 
 
-def trains_of(group: Group) -> list[FloatArray]:
-    """Return the spike times of generators, ms, ascending."""
-    trains = group.values.get("spike_times", [()] * group.size)
+def _scaled(values: FloatArray, factor: float) -> FloatArray:
+    """Return values times a factor; equal values that share memory still do."""
+    if values.strides == (0,) and len(values):
+        return np.broadcast_to(values[:1] * factor, values.shape)
+    return np.asarray(values * factor)
+
+
+def trains_of(group: Group, random: np.random.RandomState) -> list[FloatArray]:
+    """Return the spike times of generators, ms, ascending; those of pulse packets are drawn once."""
+    default = group.defaults.get("spike_times", ())
+    if "pulse_times" in group.defaults and "spike_times" not in group.values:
+        group.values["spike_times"] = [_packets(group, place, random) for place in range(group.size)]
+    trains = group.values.get("spike_times", [default] * group.size)
     return [np.sort(np.asarray(train, float).ravel()) for train in trains]
+
+
+def _packets(group: Group, place: int, random: np.random.RandomState) -> FloatArray:
+    own = {name: (group.values[name][place] if name in group.values else value)
+           for name, value in group.defaults.items()}  # fmt: skip
+    activity, sdev = int(own["activity"]), float(own["sdev"])
+    drawn = [random.normal(0.0, sdev, activity) + pulse if sdev else np.full(activity, pulse)
+             for pulse in np.asarray(own["pulse_times"], float)]  # fmt: skip
+    times = np.concatenate([np.empty(0), *drawn])
+    return times[times > 0]
 
 
 def trains_at(group: Group, generators: IntArray) -> dict[str, FloatArray]:
     """Return the parameters of a Poisson source for each of these generators, which may be repeated."""
-    start = group.column("start", 0.0)[generators]
-    lasts = np.minimum(group.column("stop", np.inf)[generators], 1e10) - start
+    origin = group.column("origin", 0.0)[generators]
+    start = group.column("start", 0.0)[generators] + origin
+    lasts = np.minimum(group.column("stop", np.inf)[generators] + origin, 1e10) - start
     return {"rate": group.column("rate", 0.0)[generators], "start": start, "duration": lasts}
 
 
-def by_ends(block: Block, starts: Sequence[int]) -> Iterator[tuple[int, int, IntArray]]:
-    """Yield the synapses from one group to another: the places of both groups, and of the synapses.
+def by_ends(block: Block, starts: Sequence[int]) -> Iterator[tuple[int, int, Any]]:
+    """Yield the synapses from one group to another: the places of both groups, and the index of the synapses.
 
     Args:
         block: the synapses.
         starts: the first node of each group, ascending.
     """
-    ends = np.stack([np.searchsorted(starts, nodes, "right") - 1 for nodes in (block.pre, block.post)])
-    for source, target in np.unique(ends, axis=1).T.tolist():
-        yield source, target, np.flatnonzero((ends[0] == source) & (ends[1] == target))
+    first, last = (
+        np.searchsorted(starts, [nodes.min(initial=2**62), nodes.max(initial=-1)], "right") - 1
+        for nodes in (block.pre, block.post)
+    )
+    if not len(block.pre):
+        return
+    if first[0] == first[1] and last[0] == last[1]:  # most calls connect one group with another
+        yield int(first[0]), int(last[0]), slice(None)
+        return
+    ends = [np.searchsorted(starts, nodes, "right") - 1 for nodes in (block.pre, block.post)]
+    pairs = ends[0] * len(starts) + ends[1]
+    for pair in np.unique(pairs).tolist():
+        yield *divmod(pair, len(starts)), np.flatnonzero(pairs == pair)
 
 
-def by_receptor(weight: FloatArray) -> Iterator[tuple[str, BoolArray]]:
-    """Yield the receptors of positive and of negative weights, as far as they occur, with their masks."""
+def by_receptor(weight: FloatArray) -> Iterator[tuple[str, Any]]:
+    """Yield the receptors of positive and of negative weights, as far as they occur, with their indices."""
+    if not len(weight):
+        return
+    if (weight >= 0).all() or (weight < 0).all():
+        yield "inhibitory" if weight[0] < 0 else "excitatory", slice(None)
+        return
     is_negative = weight < 0
     for receptor, chosen in (("excitatory", ~is_negative), ("inhibitory", is_negative)):
         if chosen.any():
@@ -318,29 +396,42 @@ def nodes_in(value: Any) -> Sequence[Node]:
 
 
 def plasticity_of(
-    kind: str, values: Mapping[str, FloatArray], scale: float
+    kind: str, values: Mapping[str, FloatArray], scale: float, *, is_lenient: bool = True
 ) -> tuple[str, dict[str, FloatArray], dict[str, str]]:
     """Return the plasticity of synapses: kind, parameters of each, and the names of the rules.
 
     Args:
         kind: the synapse type of their model.
-        values: their values in NEST's names and units.
+        values: their values in NEST's names and units, ``tau_minus`` of their targets among them.
         scale: the factor from NEST's unit of weights.
+        is_lenient: whether STDP that has no equivalent is left out.
+
+    Raises:
+        NetworkError: it has none.
     """
     if kind == TSODYKS_MARKRAM:
         return kind, dict(_tsodyks(values)), {}
-    if kind == STDP and (values["weight"] >= 0).all() and (values["Wmax"] > 0).all():
-        additive = not values["mu_plus"].any()
-        rate = values["lambda"]
-        parameters = {
-            "tau_plus": values["tau_plus"], "tau_minus": np.full_like(rate, 20.0),
-            "A_plus": rate, "A_minus": rate * values["alpha"],
-            "w_min": np.zeros_like(rate), "w_max": values["Wmax"] * scale,
-            "dendritic_delay_fraction": np.ones_like(rate),
-        }  # fmt: skip
-        dependence = f"{'Additive' if additive else 'Multiplicative'}WeightDependence"
-        return kind, parameters, {"timing_dependence": "SpikePairRule", "weight_dependence": dependence}
-    return STATIC, {}, {}
+    if kind != STDP:
+        return STATIC, {}, {}
+    mus = {float(one) for name in ("mu_plus", "mu_minus") for one in np.unique(values[name])}
+    fits = (values["weight"] >= 0).all() and (values["Wmax"] > 0).all()
+    if not is_lenient and not (fits and mus in ({0.0}, {1.0})):
+        raise NetworkError(
+            "nest: STDP needs weights from 0 on, a positive Wmax, and mu_plus and mu_minus both 0 or both 1; "
+            f"here mu is {sorted(mus)}"
+        )
+    if not fits:
+        return STATIC, {}, {}
+    additive = not values["mu_plus"].any()
+    rate = values["lambda"]
+    parameters = {
+        "tau_plus": values["tau_plus"], "tau_minus": values.get("tau_minus", np.full_like(rate, 20.0)),
+        "A_plus": rate, "A_minus": rate * values["alpha"],
+        "w_min": np.zeros_like(rate), "w_max": values["Wmax"] * scale,
+        "dendritic_delay_fraction": np.ones_like(rate),
+    }  # fmt: skip
+    dependence = f"{'Additive' if additive else 'Multiplicative'}WeightDependence"
+    return kind, parameters, {"timing_dependence": "SpikePairRule", "weight_dependence": dependence}
 
 
 def _tsodyks(values: Mapping[str, FloatArray]) -> Iterator[tuple[str, FloatArray]]:

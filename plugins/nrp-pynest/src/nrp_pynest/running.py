@@ -11,14 +11,27 @@ from typing import Any
 import numpy as np
 
 from nrp_core.brain import IntArray, Network
-from nrp_core.errors import NetworkError
+from nrp_core.clock import nanoseconds
+from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.experiment import Run
 from nrp_core.network.nest_models import LEAK_NS
 from nrp_core.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_pynest.built import BuiltBrain
 from nrp_pynest.joining import Joined
 from nrp_pynest.kernel import Block, Group, Kernel
-from nrp_pynest.models import CELLS, NEST_OF, POISSON, SPIKE_RECORDERS, SPIKES, SynapseModel
+from nrp_pynest.models import (
+    CELLS,
+    FOREVER_MS,
+    MULTIMETERS,
+    NEST_OF,
+    POISSON,
+    POISSONS,
+    SPIKE_RECORDERS,
+    SPIKES,
+    STATES,
+    SynapseModel,
+    recordables,
+)
 from nrp_pynest.network import Conversion
 
 _SYNAPSES = {STATIC: "static_synapse", TSODYKS_MARKRAM: "tsodyks_synapse", STDP: "stdp_synapse"}
@@ -31,20 +44,22 @@ class RunningKernel(Kernel):
     If the brain was not created by calls of NEST, its neurons are nodes in order, as with pyNN.nest.
 
     Args:
-        seed: the seed of every random number.
+        random: the source of every random number.
         built: the objects of the brain file.
+        is_lenient: as for every kernel.
 
     Attributes:
         joined: the cells of PyNN that nodes beside them have become.
     """
 
-    def __init__(self, seed: int, built: BuiltBrain) -> None:
-        super().__init__(seed)
+    def __init__(self, random: np.random.RandomState, built: BuiltBrain, *, is_lenient: bool = False) -> None:
         self._built = built
         self._now: Conversion | None = None
         self._numbering: tuple[dict[int, int], dict[int, list[int]]] | None = None
+        self._owners: dict[int, int] | None = None
         self._labels: list[str] | None = None
         self._since_ms: dict[int, float] = {}
+        super().__init__(random, is_lenient=is_lenient)
         self.joined = Joined()
 
     def begin(self, run: Run) -> None:
@@ -52,7 +67,7 @@ class RunningKernel(Kernel):
         first = deepcopy(([one.values for one in self.groups], [one.values for one in self.blocks]))
 
         def reset(_loop: object) -> None:
-            self._now = self._numbering = None
+            self.forget()
             self._since_ms.clear()
             groups, blocks = deepcopy(first)
             if not groups:
@@ -65,8 +80,12 @@ class RunningKernel(Kernel):
         run.loop.hooks.after_reset.append(reset)
 
     def ready(self) -> None:
-        if self._built.run is not None:
+        if self._built.is_running:
             self._known_labels()
+
+    def forget(self) -> None:
+        """Convert the nodes anew when they are next needed."""
+        self._now = self._numbering = self._owners = None
 
     def _known_labels(self) -> list[str]:
         """Return the labels of the brain's projections, in the order of those that are converted."""
@@ -90,7 +109,7 @@ class RunningKernel(Kernel):
 
     @contextmanager
     def changing(self) -> Iterator[None]:
-        if self._built.run is None:
+        if not self._built.is_running:
             yield
             return
         self.ready()
@@ -125,30 +144,46 @@ class RunningKernel(Kernel):
         return {"time": now_ms, "biological_time": now_ms}
 
     def read_weights(self) -> None:
-        if self._built.run is None:
+        if not self._built.is_running:
             return
         for label, (block, places, scale) in zip(self._known_labels(), self._converted().places, strict=True):
             weights = self._built.brain.read_weights(label) / scale
             if not np.array_equal(weights, block.values["weight"][places]):
+                block.values["weight"] = np.array(block.values["weight"])  # which may share memory
                 block.values["weight"][places] = weights
                 self._now = None
 
     def set_nodes(self, nodes: Sequence[int], values: Any) -> None:
-        if self._built.run is None:
+        if not self._built.is_running:
             super().set_nodes(nodes, values)
             return
+        self._require_changeable(nodes, values)
         others: list[tuple[int, Any]] = []
         for node, given in zip(nodes, self.for_each(nodes, values), strict=True):
             if not given.get("n_events", 1):
                 self._since_ms[int(node)] = self._built.now_ms
             if int(node) in self.joined.sources:
                 self._set_sources(int(node), given)
-            elif given.keys() == {"rate"} and self.group_of(node).base == POISSON:
+            elif given.keys() == {"rate"} and self.group_of(node).base in POISSONS:
                 self._set_rate(int(node), float(given["rate"]))
             elif int(node) not in self.joined.recorded:
                 others.append((self._number(node), given))
         if others:
             super().set_nodes([node for node, _ in others], [given for _, given in others])
+
+    def _require_changeable(self, nodes: Sequence[int], values: Any) -> None:
+        """Check that no state of a cell is set while it runs.
+
+        Raises:
+            NetworkError: one is.
+        """
+        given = {name for one in ([values] if isinstance(values, Mapping) else values) for name in one}
+        state = min(given & STATES.keys(), default=None)
+        if state and not self.is_lenient and any(self.group_of(node).base in CELLS for node in nodes):
+            raise NetworkError(
+                f"nest: '{state}' of a cell cannot be set at {self._built.now_ms:g} ms, while the network "
+                "runs; set it before the first Simulate"
+            )
 
     def _set_rate(self, node: int, rate_hz: float) -> None:
         """Change the rate of a Poisson generator without a comparison of the whole network."""
@@ -183,28 +218,101 @@ class RunningKernel(Kernel):
             rate = self._built.parameter("rate")[self.joined.sources[int(node)][0]]
             return {"global_id": int(node), "model": POISSON, "rate": float(rate)}
         values = super().node_values(self._number(node))
-        if self._built.run is None:
+        if not self._built.is_running:
             return values
         cells, group = self._numbers()[0], self.group_of(node)
         if group.base in CELLS:
             values["V_m"] = float(self._built.brain.read_state("v", [cells[node]])[0])
         elif group.base in SPIKE_RECORDERS:
-            values |= self._recorded_cells(node)
+            values |= self._within(node, self._recorded_cells(node))
+        elif group.base in MULTIMETERS:
+            values |= self._within(node, self._recorded_states(node))
         return values
+
+    def _recorded_states(self, node: int) -> dict[str, Any]:
+        """Return the samples of a multimeter so far, in the order of their times."""
+        interval_ms, states = self.samples_of(node)
+        ids = np.array(sorted(self._numbers()[0][one] for one in self.measured_by(node)), dtype=np.int64)
+        nodes = {cell: one for one, cell in self._numbers()[0].items()}
+        columns: dict[str, Any] = {}
+        for name, (variable, factor) in states.items():
+            times_ms, values = self._built.samples(variable, ids, interval_ms)
+            kept = (nanoseconds(times_ms) > 0) & (nanoseconds(times_ms) <= self._told_ns())
+            columns["times"] = np.repeat(times_ms[kept], len(ids))
+            columns["senders"] = np.tile([nodes[cell] for cell in ids.tolist()], int(kept.sum()))
+            columns[name] = values[kept].ravel() / factor
+        return {"n_events": len(columns["times"]), "events": columns} if columns else {}
+
+    def _told_ns(self) -> int:
+        """Return the time to which NEST tells samples: it collects them at multiples of the least delay."""
+        delays = [float(block.values["delay"].min()) for block in self.blocks if len(block.pre)]
+        every_ns, now_ns = (int(nanoseconds(t)) for t in (min(delays, default=1.0), self._built.now_ms))
+        return max(now_ns - 1, 0) // every_ns * every_ns
+
+    def measured(self, made: Conversion) -> Iterator[tuple[str, IntArray, float]]:
+        """Yield what the multimeters record: state variables, each with cells and the interval, ms."""
+        for group in (one for one in self.groups if one.base in MULTIMETERS):
+            for node in range(group.first, group.first + group.size):
+                ids = np.array(sorted(made.ids[one] for one in self.measured_by(node)), dtype=np.int64)
+                interval_ms, states = self.samples_of(node)
+                if len(ids):
+                    yield from ((variable, ids, interval_ms) for variable, _ in states.values())
+
+    def measured_by(self, node: int) -> list[int]:
+        """Return the cells that a multimeter measures."""
+        targets = [block.post[block.pre == node] for block in self.blocks]
+        every = np.unique(np.concatenate([np.empty(0, np.int64), *targets])).tolist()
+        return [one for one in every if self.group_of(one).base in CELLS]
+
+    def samples_of(self, node: int) -> tuple[float, dict[str, tuple[str, float]]]:
+        """Return the interval of a multimeter, ms, and what it records: names of NEST and of the network.
+
+        Raises:
+            NetworkError: its cells have no such state variable.
+        """
+        own = super().node_values(node)
+        cells = {self.group_of(one).base for one in self.measured_by(node)}
+        known = set(STATES).intersection(*(recordables(base) for base in cells))
+        asked = own["record_from"] if not isinstance(own["record_from"], str) else [own["record_from"]]
+        for name in asked if not self.is_lenient else ():
+            if name not in known:
+                raise NetworkError(
+                    f"nest: '{own['model']}' cannot record '{name}' of {min(cells, default='no cell')} here"
+                    f"{did_you_mean(name, known)}"
+                )
+        return float(own["interval"]), {name: STATES[name] for name in asked if name in known}
+
+    def _within(self, node: int, recorded: dict[str, Any]) -> dict[str, Any]:
+        """Return what a recorder recorded between its start and its stop, and since it was emptied."""
+        if not recorded:
+            return recorded
+        own, events = super().node_values(node), recorded["events"]
+        first, last, since = nanoseconds([
+            min(own.get("origin", 0.0) + own.get(name, default), FOREVER_MS)
+            for name, default in (("start", 0.0), ("stop", FOREVER_MS))
+        ] + [max(self._since_ms.get(int(node), 0.0), 0.0)]).tolist()  # fmt: skip
+        times_ns = nanoseconds(events["times"])
+        kept = (times_ns > max(first, since)) & (times_ns <= last)
+        events = {name: column[kept] for name, column in events.items()}
+        return {"n_events": len(events["times"]), "events": events}
+
+    def recorded_ids(self, made: Conversion, node: int) -> IntArray:
+        """Return the neurons whose spikes a recorder records, ascending."""
+        ids = [made.ids[one] for one in self.recorded_by(node).tolist() if one in made.ids]
+        return np.array(sorted({*ids, *made.heard.get(int(node), ())}), dtype=np.int64)
 
     def _recorded_cells(self, node: int) -> dict[str, Any]:
         """Return the spikes of a recorder so far."""
-        ids = self._numbers()[0]
+        made = self._converted()
         heard = self.joined.recorded.get(int(node))
-        if heard is None:
-            heard = np.array(
-                [ids[one] for one in self.recorded_by(node).tolist() if one in ids], dtype=np.int64
-            )
+        heard = self.recorded_ids(made, node) if heard is None else heard
         if not heard.size:
             return {}
-        nodes = {cell: node for node, cell in ids.items()}
+        if self._owners is None:
+            self._owners = {cell: node for node, cell in made.ids.items()}
+            self._owners |= {cell: node for node, cells in made.sources.items() for cell in cells}
         spikes = self._built.spikes(heard).within(self._since_ms.get(int(node), -inf), inf)
-        senders = np.array([nodes[cell] for cell in spikes.neurons.tolist()], dtype=np.int64)
+        senders = np.array([self._owners[cell] for cell in spikes.neurons.tolist()], dtype=np.int64)
         return {"n_events": len(spikes), "events": {"senders": senders, "times": spikes.times_ms}}
 
 

@@ -134,6 +134,9 @@ class Dialect:
         """The names that replace those of PyNN's library, such as ``pyNN.random.RandomDistribution``."""
         return vars(self.simulator if self._of_script else self._pynn)
 
+    def network(self, _variables: Mapping[str, Any]) -> None:
+        """Return None, because scripts of sPyNNaker build their networks with PyNN."""
+
     def module(self, name: str) -> ModuleType | None:
         """Return the module of a dotted name; None if it is not one of sPyNNaker's.
 

@@ -7,11 +7,11 @@ from functools import partial
 from math import ceil, isfinite
 from numbers import Real
 from pathlib import Path
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 from typing import Any, Final
 
 import nrp_core.pynn
-from nrp_core.errors import NetworkError, NrpError
+from nrp_core.errors import ExperimentError, NetworkError, NrpError
 from nrp_core.network.files.script import scope_of
 from nrp_core.pynn.languages import reading_of
 from nrp_spynnaker.dialect import Dialect
@@ -26,7 +26,9 @@ _ROUNDING: Final = 1e-5
 """Of a time step; a smaller part of one is an error of rounding."""
 
 
-def run_script(path: Path) -> ModuleType:
+def run_script(
+    path: Path, backend: str | None = None, options: Mapping[str, str] = MappingProxyType({})
+) -> ModuleType:
     """Run a script of sPyNNaker as the main program, and return its module.
 
     ``time.sleep`` in a callback of the script waits for simulated time, so that a run is the same each time.
@@ -35,6 +37,8 @@ def run_script(path: Path) -> ModuleType:
         NrpError: the script does something impossible; with file and line.
         Exception: whatever else the script raises.
     """
+    if backend or options:
+        raise ExperimentError("--as spinnaker chooses the backend, so it takes no --backend and no --option")
     clock = SimulatedClock()
     state = LiveState(Hub(), clock, waits=stops_elsewhere(path.read_bytes()))
     pynn = nrp_core.pynn.new_simulator(state, LabelledRecorder)

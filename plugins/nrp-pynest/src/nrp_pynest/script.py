@@ -1,0 +1,252 @@
+"""``python -m nrp_core.pynn --as nest SCRIPT`` runs the network of a script of PyNEST in a brain backend."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from math import inf
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+import nrp_core.pynn
+from nrp_core.brain import ACSource, DCSource, IntArray, NoisyCurrentSource, SourceSpec
+from nrp_core.brain.backends import brains
+from nrp_core.clock import from_milliseconds, milliseconds
+from nrp_core.errors import NetworkError, NrpError
+from nrp_core.network.files.script import scope_of
+from nrp_pynest.api import nest_module
+from nrp_pynest.built import BuiltBrain
+from nrp_pynest.dialect import Dialect
+from nrp_pynest.kernel import random_of
+from nrp_pynest.models import CURRENTS, FOREVER_MS, RECORDERS, SPIKE_RECORDERS, STATES
+from nrp_pynest.network import Conversion, Link
+from nrp_pynest.running import RunningKernel
+
+DEFAULT_BACKEND = "event"
+
+
+def run_script(
+    path: Path, backend: str | None = None, options: Mapping[str, str] | None = None
+) -> ModuleType:
+    """Run a script as the main program, and return its module.
+
+    Args:
+        path: the script.
+        backend: the brain backend in which its network runs, by default ``event``.
+        options: options of the backend; one that is called ``resolution`` is by default NEST's.
+
+    Raises:
+        NrpError: the script does something impossible; with file and line.
+        Exception: whatever else the script raises.
+    """
+    name = backend or DEFAULT_BACKEND
+    brains().provider(name)
+    kernel = ScriptKernel(name, options or {})
+    nest = nest_module(kernel)
+    pynn = nrp_core.pynn.new_simulator()
+    scope = scope_of(pynn, dialect=Dialect(pynn, nest))
+    sys.path.insert(0, str(path.parent))
+    try:
+        return scope.run(path, name="__main__")
+    except (NrpError, SyntaxError) as error:
+        raise scope.located(error, NetworkError, path) from error
+    finally:
+        kernel.close()
+
+
+class ScriptKernel(RunningKernel):
+    """The nodes and synapses of a script, and the brain that the first ``Simulate`` opens.
+
+    Args:
+        backend: the name of the brain backend.
+        options: its options, as text.
+    """
+
+    def __init__(self, backend: str, options: Mapping[str, str]) -> None:
+        self._backend, self._options = backend, options
+        self._ports: dict[int, list[Any]] = {}
+        self._ran_ns = 0
+        super().__init__(random_of(0), BuiltBrain())
+
+    def clear(self) -> None:
+        self.close()
+        super().clear()
+
+    def close(self) -> None:
+        """Release the brain."""
+        if self._built.is_running:
+            self._built.brain.close()
+        self._built = BuiltBrain()
+        self._ran_ns = 0
+        self._ports.clear()
+        self._since_ms: dict[int, float] = {}
+        self.forget()
+
+    def now(self) -> dict[str, float]:
+        now_ms = milliseconds(self._ran_ns)
+        return {"time": now_ms, "biological_time": now_ms}
+
+    def set_status(self, values: Mapping[str, Any]) -> None:
+        if "resolution" in values and self.groups:
+            raise NetworkError("nest: the resolution is set before nodes are created")
+        super().set_status(values)
+
+    # -- what may be created while the network runs
+
+    def before_nodes(self, base: str) -> None:
+        if self._ran_ns and base not in RECORDERS:
+            raise NetworkError(
+                f"nest.Create: a '{base}' is created at {milliseconds(self._ran_ns):g} ms, while the network "
+                "runs; create it before the first Simulate, or call ResetKernel"
+            )
+
+    def before_synapses(self, pre: IntArray, post: IntArray) -> None:
+        ends = [self.group_of(int(nodes[0])).base for nodes in (pre, post) if len(nodes)]
+        if self._ran_ns and not any(base in RECORDERS for base in ends):
+            raise NetworkError(
+                f"nest.Connect: synapses are created at {milliseconds(self._ran_ns):g} ms, while the network "
+                "runs; create them before the first Simulate, or call ResetKernel"
+            )
+        if self._built.is_running:
+            self.forget()
+
+    # -- running
+
+    def simulate(self, t_ms: float) -> None:
+        step_ns = from_milliseconds(float(self.status["resolution"]))
+        lasts_ns = round(from_milliseconds(t_ms) / step_ns) * step_ns
+        if not self._built.is_running:
+            self._open()
+        self._record()
+        self._ran_ns += lasts_ns
+        self._built.brain.run_until(self._ran_ns)
+        for group in (one for one in self.groups if one.base in RECORDERS):
+            for node in range(group.first, group.first + group.size):
+                values = super().node_values(node)
+                if values["record_to"] == "ascii":
+                    write_events(self._file_of(node, values), values["events"])
+
+    def _open(self) -> None:
+        made = self._converted()
+        backend = brains().load(self._backend)
+        own = {}
+        if "resolution" in backend.options.model_fields:
+            own["resolution"] = f"{float(self.status['resolution'])!r} ms"
+        elif "timestep" in backend.options.model_fields:
+            own["timestep"] = f"{float(self.status['resolution'])!r} ms"
+        options = backend.options.model_validate({**own, **self._options})
+        brain = backend.open(made.network, seed=int(self.status["rng_seed"]) % 2**31, options=options)
+        for warning in brain.warnings:
+            print(f"note: {self._backend}: {warning.text}", file=sys.stderr)
+        self._built.open(brain, lambda: self._ran_ns)
+        for group in self.groups:
+            if group.base in CURRENTS:
+                self._drive(range(group.first, group.first + group.size))
+
+    def _record(self) -> None:
+        """Let recorders record what they are connected to."""
+        made = self._converted()
+        known = self._built.brain.capabilities.state_variables
+        for variable, ids, interval_ms in self.measured(made):
+            if variable not in known:
+                name = next(name for name, (own, _) in STATES.items() if own == variable)
+                raise NetworkError(f"nest: the brain backend '{self._backend}' cannot record '{name}'")
+            self._built.record_state(variable, ids, interval_ms)
+        for group in self.groups:
+            for node in range(group.first, group.first + group.size) if group.base in SPIKE_RECORDERS else ():
+                if len(ids := self.recorded_ids(made, node)):
+                    self._built.record(ids)
+
+    def _file_of(self, node: int, values: Mapping[str, Any]) -> Path:
+        """Return the file of a recorder that records to one."""
+        stem = f"{self.status['data_prefix']}{values['label'] or values['model']}-{node}-0.dat"
+        return Path(self.status["data_path"]) / stem
+
+    def node_values(self, node: int) -> dict[str, Any]:
+        values = super().node_values(node)
+        if values.get("record_to") == "ascii":
+            values |= {"filenames": (str(self._file_of(node, values)),), "events": {}}
+        return values
+
+    # -- currents
+
+    def set_nodes(self, nodes: Sequence[int], values: Any) -> None:
+        super().set_nodes(nodes, values)
+        if self._built.is_running:
+            self._drive([node for node in nodes if self.group_of(node).base in CURRENTS])
+
+    def _drive(self, generators: Iterable[int]) -> None:
+        """Let generators of currents drive their cells with their present settings."""
+        brain = self._built.brain
+        for node in map(int, generators):
+            for port in self._ports.pop(node, ()):
+                brain.remove(port)
+            found = self._ports.setdefault(node, [])
+            for k, (spec, cells) in enumerate(driven(self._converted(), node)):
+                found.append(brain.add_source(spec, cells, name=f"nest/current/{node}/{k}"))
+
+
+def driven(made: Conversion, node: int) -> Iterable[tuple[SourceSpec, IntArray]]:
+    """Yield the currents that a generator sends, each with its cells (global ids).
+
+    A current arrives after the delay of its synapse.
+    """
+    for link in made.current_links:
+        chosen = np.flatnonzero(link.pre + link.source.first == node)
+        kinds = {(float(link.values["weight"][k]), float(link.values["delay"][k])) for k in chosen}
+        for weight, delay_ms in sorted(kinds):
+            same = [
+                k
+                for k in chosen
+                if link.values["weight"][k] == weight and link.values["delay"][k] == delay_ms
+            ]
+            cells = np.array([made.ids[link.target.first + int(link.post[k])] for k in same])
+            for spec in _specs(link, node - link.source.first, weight * 1e-3, delay_ms):
+                yield spec, cells
+
+
+def _specs(link: Link, place: int, scale: float, delay_ms: float) -> Iterable[SourceSpec]:
+    group = link.source
+    own = {
+        name: group.values[name][place] if name in group.values else value
+        for name, value in group.defaults.items()
+    }
+    shift_ms = float(own["origin"]) + delay_ms
+    start = float(own["start"]) + shift_ms
+    stop = inf if own["stop"] >= FOREVER_MS else float(own["stop"]) + shift_ms
+    if "amplitude_times" in own:
+        times = np.append(np.asarray(own["amplitude_times"], float) + delay_ms, inf)
+        for first, last, amplitude in zip(
+            times, times[1:], np.atleast_1d(own["amplitude_values"]), strict=False
+        ):
+            if max(first, start) < min(last, stop):
+                yield DCSource(max(first, start), min(last, stop), amplitude * scale)
+    elif "std" in own:
+        yield NoisyCurrentSource(start, stop, float(own["dt"]), own["mean"] * scale, own["std"] * abs(scale))
+    elif "frequency" in own:
+        # NEST counts the phase from the origin, and a port from the start of the current
+        turned = own["phase"] + 360.0 * own["frequency"] * 1e-3 * (start - shift_ms if stop > start else 0.0)
+        yield ACSource(
+            start, stop, 0.1, own["amplitude"] * scale, own["offset"] * scale, own["frequency"], turned
+        )
+    else:
+        yield DCSource(start, stop, own["amplitude"] * scale)
+
+
+def write_events(path: Path, events: Mapping[str, Any]) -> None:
+    """Write what a recorder recorded to a file, in the format of NEST's recording backend ``ascii``."""
+    others = [name for name in events if name not in ("senders", "times")]
+    names = "\t".join(["sender", "time_ms", *others])
+    header = f"# NEST version: nrp-core\n# RecordingBackendASCII version: 2\n{names}"
+    columns = [events.get(name, ()) for name in ("senders", "times", *others)]
+    np.savetxt(
+        path,
+        np.column_stack(columns),
+        ["%d", *["%.6f"] * (1 + len(others))],
+        "\t",
+        header=header,
+        comments="",
+    )

@@ -1,0 +1,219 @@
+"""Scripts of PyNEST run in brain backends, and build the brains of experiments."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from math import exp
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from golden import Golden
+from nrp_pynest.script import run_script
+
+from nrp_core.errors import NetworkError, NrpError
+from nrp_core.network.files.script import load_network
+
+Run = Callable[[str], dict[str, Any]]
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Run:
+    """Run a script and return its variables."""
+
+    def script(text: str) -> dict[str, Any]:
+        path = tmp_path / "script.py"
+        path.write_text(text)
+        return vars(run_script(path))
+
+    return script
+
+
+def test_a_voltmeter_has_a_sample_each_millisecond_that_follows_the_membrane_equation(run: Run) -> None:
+    found = run(
+        "import nest\n"
+        "cell = nest.Create('iaf_psc_exp', params={'I_e': 100.0, 'tau_m': 20.0, 'C_m': 200.0})\n"
+        "meter = nest.Create('voltmeter')\n"
+        "nest.Connect(meter, cell)\n"
+        "nest.Simulate(10.0)\n"
+        "first = meter.get('events')\n"
+        "nest.Simulate(2.0)\n"
+        "then = meter.events['times']\n"
+    )
+    times = np.arange(1.0, 10.0)  # the sample of the present time is collected later
+    assert found["first"]["times"].tolist() == times.tolist()
+    assert set(found["first"]["senders"].tolist()) == {1}
+    rises = 100.0 * 20.0 / 200.0
+    assert found["first"]["V_m"] == pytest.approx([-70.0 + rises * (1 - exp(-t / 20.0)) for t in times])
+    assert found["then"].tolist() == np.arange(1.0, 12.0).tolist()
+
+
+def test_a_current_arrives_after_the_delay_of_its_synapse_and_ends_at_its_stop(run: Run) -> None:
+    found = run(
+        "import nest\n"
+        "cell = nest.Create('iaf_psc_exp', params={'tau_m': 1e6, 'C_m': 100.0})\n"
+        "source = nest.Create('dc_generator', params={'amplitude': 50.0, 'start': 2.0, 'stop': 5.0})\n"
+        "nest.Connect(source, cell, syn_spec={'delay': 1.5})\n"
+        "meter = nest.Create('multimeter', params={'record_from': ['V_m'], 'interval': 0.5})\n"
+        "nest.Connect(meter, cell)\n"
+        "nest.Simulate(10.0)\n"
+        "times, volts = meter.events['times'], meter.events['V_m']\n"
+    )
+    at = dict(zip(found["times"].tolist(), found["volts"].tolist(), strict=True))
+    assert at[3.5] == pytest.approx(-70.0)
+    assert at[4.5] == pytest.approx(-69.5, abs=1e-4)  # 50 pA / 100 pF is 0.5 mV in a ms
+    assert [at[6.5], at[8.0]] == pytest.approx([-68.5, -68.5], abs=1e-4)
+
+
+def test_spikes_reach_their_targets_and_recorders_after_each_simulate(run: Run) -> None:
+    found = run(
+        "import nest\n"
+        "nest.resolution = 0.25\n"
+        "source = nest.Create('spike_generator', params={'spike_times': [1.0, 5.0, 12.0]})\n"
+        "relay, heard = nest.Create('parrot_neuron', 2), nest.Create('spike_recorder')\n"
+        "nest.Connect(source, relay, syn_spec={'weight': 1.0, 'delay': [[0.5], [2.0]]})\n"
+        "nest.Connect(relay, heard)\n"
+        "nest.Simulate(10.0)\n"
+        "count = heard.n_events\n"
+        "heard.n_events = 0\n"
+        "nest.Simulate(10.0)\n"
+        "events, now = heard.events, nest.biological_time\n"
+    )
+    assert (found["count"], found["now"], found["nest"].GetKernelStatus("resolution")) == (4, 20.0, 0.25)
+    assert found["events"]["times"] == pytest.approx([12.5, 14.0])
+    assert found["events"]["senders"].tolist() == [2, 3]
+
+
+def test_a_reset_kernel_starts_again_and_numbers_nodes_from_1(run: Run) -> None:
+    found = run(
+        "import nest\n"
+        "counts = []\n"
+        "for current in (0.0, 400.0, 600.0):\n"
+        "    nest.ResetKernel()\n"
+        "    cell = nest.Create('iaf_psc_alpha', params={'I_e': current})\n"
+        "    heard = nest.Create('spike_recorder')\n"
+        "    nest.Connect(cell, heard)\n"
+        "    nest.Simulate(100.0)\n"
+        "    counts.append(heard.n_events)\n"
+        "number = cell.global_id\n"
+    )
+    silent, slow, fast = found["counts"]
+    assert silent == 0 < slow < fast
+    assert found["number"] == 1
+
+
+def test_nodes_on_a_grid_are_connected_within_a_mask_and_across_its_edges(run: Run) -> None:
+    found = run(
+        "import nest\n"
+        "def targets(wrap):\n"
+        "    nest.ResetKernel()\n"
+        "    layer = nest.Create('iaf_psc_alpha',\n"
+        "                        positions=nest.spatial.grid([5, 5], extent=[5.0, 5.0], edge_wrap=wrap))\n"
+        "    nest.Connect(layer, layer, {'rule': 'pairwise_bernoulli', 'p': 1.0,\n"
+        "                                'mask': {'circular': {'radius': 1.0}}},\n"
+        "                 {'weight': 2.0 * nest.spatial.distance})\n"
+        "    near = nest.GetConnections(layer[0])\n"
+        "    return nest.GetPosition(layer[0]), nest.GetTargetPositions(layer[0], layer)[0], near.weight\n"
+        "free, wrapped = targets(False), targets(True)\n"
+    )
+    place, near, weights = found["free"]
+    assert place == (-2.0, 2.0)  # the upper left, then down the column
+    assert sorted(near) == [(-2.0, 1.0), (-2.0, 2.0), (-1.0, 2.0)]
+    assert sorted(weights) == [0.0, 2.0, 2.0]
+    _, near, weights = found["wrapped"]
+    assert sorted(near) == [(-2.0, -2.0), (-2.0, 1.0), (-2.0, 2.0), (-1.0, 2.0), (2.0, 2.0)]
+    assert sorted(weights) == [0.0, 2.0, 2.0, 2.0, 2.0]
+
+
+@pytest.mark.parametrize(
+    ("rule", "sources", "targets"),
+    [
+        ("{'rule': 'fixed_indegree', 'indegree': 3, 'allow_autapses': False}", None, [3] * 8),
+        ("{'rule': 'fixed_outdegree', 'outdegree': 7, 'allow_autapses': False, 'allow_multapses': False}",
+         [7] * 8, [7] * 8),
+        ("{'rule': 'pairwise_bernoulli', 'p': 1.0, 'allow_autapses': False}", [7] * 8, [7] * 8),
+    ],
+)  # fmt: skip
+def test_rules_make_their_numbers_of_synapses(
+    run: Run, rule: str, sources: list[int] | None, targets: list[int]
+) -> None:
+    found = run(
+        f"import nest\ncells = nest.Create('iaf_psc_alpha', 8)\nnest.Connect(cells, cells, {rule})\n"
+        "every = nest.GetConnections().get(['source', 'target'])\n"
+    )["every"]
+    assert np.bincount(found["target"], minlength=9)[1:].tolist() == targets
+    assert sources is None or np.bincount(found["source"], minlength=9)[1:].tolist() == sources
+    assert all(source != target for source, target in zip(found["source"], found["target"], strict=True))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "nest.Create('ht_neuron')",
+        "nest.Create('iaf_psc_alpha', params={'tau_x': 1.0})",
+        "cell = nest.Create('iaf_psc_alpha')\nnest.Connect(cell, cell, syn_spec='clopath_synapse')",
+        "nest.Connect(nest.Create('iaf_psc_alpha'), nest.Create('iaf_psc_alpha'), {'rule': 'conngen'})",
+        "meter = nest.Create('multimeter', params={'record_from': ['g_ex']})\n"
+        "nest.Connect(meter, nest.Create('iaf_psc_delta'))\nnest.Simulate(1.0)",
+        "nest.Simulate(1.0)\nnest.Create('iaf_psc_alpha')",
+        "cell = nest.Create('iaf_psc_alpha')\nnest.Simulate(1.0)\ncell.V_m = -60.0",
+    ],
+)
+def test_what_is_not_supported_is_refused_with_its_line(tmp_path: Path, golden: Golden, text: str) -> None:
+    path = tmp_path / "script.py"
+    path.write_text(f"import nest\n{text}\n")
+    with golden.raises(NrpError, match="nest") as caught:
+        run_script(path)
+    assert caught.value.line == 1 + len(text.splitlines())
+
+
+def test_a_script_that_imports_nest_builds_the_brain_of_an_experiment(tmp_path: Path) -> None:
+    path = tmp_path / "brain.py"
+    path.write_text(
+        "import nest\n"
+        "eyes = nest.Create('poisson_generator', 2)\n"
+        "cells = nest.Create('iaf_cond_alpha', 3, {'V_m': nest.random.uniform(-70.0, -60.0)})\n"
+        "nest.Connect(eyes, cells, syn_spec={'weight': 1.5})\n"
+    )
+    one, same, other = (load_network(path, seed=seed) for seed in (1, 1, 2))
+    assert one.views["cells"].tolist() == [0, 1, 2]
+    assert one.digest == same.digest != other.digest
+    voltages = one.populations["iaf_cond_alpha"].initial_values["v"]
+    assert ((voltages > -70) & (voltages < -60)).all()
+    assert len(set(voltages.tolist())) == 3
+
+
+def test_the_command_takes_a_backend_and_options(tmp_path: Path) -> None:
+    path = tmp_path / "script.py"
+    path.write_text(
+        "import sys\nimport nest\ncell = nest.Create('iaf_psc_delta', params={'I_e': 500.0})\n"
+        "heard = nest.Create('spike_recorder')\nnest.Connect(cell, heard)\nnest.Simulate(50.0)\n"
+        "print(heard.events['times'][0], sys.argv[1:])\n"
+    )
+    command = [sys.executable, "-m", "nrp_core.pynn", "--as", "nest", "--backend", "event", "--option"]
+    done = subprocess.run(
+        [*command, "resolution=1ms", str(path), "mine"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "14.0 ['mine']\n"  # 10 ms * ln(20 / (20 - 15)) is 13.86 ms
+
+
+def test_a_script_of_pynn_that_imports_nest_is_told_how_to_run(tmp_path: Path) -> None:
+    from nrp_core.pynn.__main__ import main
+
+    path = tmp_path / "script.py"
+    path.write_text("import nest\n")
+    with pytest.raises(SystemExit, match="--as nest"):
+        main([str(path)])
+
+
+def test_stdp_without_an_equivalent_is_refused(run: Run) -> None:
+    with pytest.raises(NetworkError, match="mu"):
+        run(
+            "import nest\n"
+            "cells = nest.Create('iaf_psc_alpha', 2)\n"
+            "nest.Connect(cells[0], cells[1], syn_spec={'synapse_model': 'stdp_synapse', 'mu_plus': 0.4})\n"
+            "nest.Simulate(1.0)\n"
+        )
