@@ -117,7 +117,7 @@ def find_file(text: str, folder: Path | None = None) -> Path:
         ExperimentError: it does not exist, a folder has several, the file's suffix is unknown, or a name
             is not UTF-8.
     """
-    package = text.partition("/")[0]
+    package = text if text in SHIPPED.names() else text.partition("/")[0]
     if package in SHIPPED.names():
         stem = STEM if text == package else text.removeprefix(f"{package}/")
         # readers of other formats, which may import much, are not asked about other files of the package

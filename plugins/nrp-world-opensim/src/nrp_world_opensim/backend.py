@@ -64,6 +64,7 @@ class OpensimBackend(WorldBackend):
             renderers=renderers,
             snapshot=True,
             links=True,
+            joint_control=True,
             own_actuators=True,
             own_scene=True,
         )

@@ -1,0 +1,1 @@
+"""The experiment ``reflex_arm`` with the arm in OpenSim."""
