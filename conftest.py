@@ -12,8 +12,9 @@ import platformdirs
 import pytest
 from hypothesis import settings
 
-settings.register_profile("untimed", deadline=None)  # machines are busy at times; no test is timed
-settings.load_profile("untimed")
+settings.register_profile("short", deadline=None, max_examples=30)  # busy machines: no test is timed
+settings.register_profile("thorough", deadline=None)  # before a release: --hypothesis-profile thorough
+settings.load_profile("short")
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's job in the background ignores Ctrl-C
 
 # where kernels are kept anyway: tests with a cache folder of their own would compile all of them again

@@ -211,7 +211,7 @@ class Forker:
 
     def _exit_code(self, fork: Fork, timeout_s: float) -> int | None:
         """Fork, and return the exit code of the fork; None if it took too long."""
-        connection = self._worker_for(fork.module).connection
+        connection = self._worker_ready().connection
         connection.send((load_and_fork, fork))
         pid, error = connection.recv()
         if error is not None:
@@ -226,13 +226,13 @@ class Forker:
         code, _ = connection.recv()
         return code if is_in_time else None
 
-    def _worker_for(self, module: str) -> Worker:
+    def _worker_ready(self) -> Worker:
         early = {
             name: value
             for name, value in os.environ.items()
             if name.startswith(_READ_WHEN_LOADED) and name != PATH_VARIABLE  # a fork takes it over
         }
-        key = (module, sys.executable, os.getpid(), early)
+        key = (sys.executable, os.getpid(), early)
         if self._worker is None or key != self._key:
             self.end()
             self._worker, self._key, self._owner = Worker(has_our_path=False), key, os.getpid()

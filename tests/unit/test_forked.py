@@ -68,6 +68,7 @@ def forker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Forker]:
     """One that has run the module ``asked`` before."""
     site = tmp_path_factory.mktemp("site")
     (site / "asked.py").write_text(ASKED)
+    (site / "asked_too.py").write_text(ASKED)
     (site / "beside.py").touch()
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PYTHONPATH", str(site))
@@ -191,3 +192,13 @@ def test_another_value_of_a_variable_that_is_read_once_takes_another_process(
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
     done(forker, "count")
     assert forker._worker is not before
+
+
+def test_two_modules_are_forked_from_one_process(forker: Forker) -> None:
+    assert done(forker, "count").exit_code == 0
+    first = forker._worker
+    forker.run("asked_too", ["count"], 30.0)
+    assert forker.run("asked_too", ["count"], 30.0) is not None
+    assert done(forker, "count").exit_code == 0
+    assert first is not None
+    assert forker._worker is first
