@@ -5,58 +5,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
 from math import inf
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from neo import Event, Segment
+from neo import Segment
 from pyNN import recording
-from quantities import ms
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.checked_arguments import is_number
 from nrp_core.brain.devices.sinks import SpikeRecorder, SpikeRecorderPort, StateRecorder, StateRecorderPort
 from nrp_core.brain.interface import Brain
 from nrp_core.clock import from_milliseconds, milliseconds, nanoseconds
-from nrp_core.errors import NetworkError, NrpError
-from nrp_core.network.changes import Rewirings
+from nrp_core.errors import NetworkError
 from nrp_core.network.pynn.models import own_name
 from nrp_core.pynn.spike_trains import SpikeTrains
 
 if TYPE_CHECKING:
     from nrp_core.network.pynn.simulator import Simulator
-
-
-REWIRING: Final = recording.Variable(name="rewiring", location=None, label=None)
-_KINDS: Final[tuple[Any, ...]] = (("form", "formation", True), ("elim", "elimination", False))
-
-
-def events_of(changes: Iterable[Rewirings], since_ms: float) -> list[Any]:
-    """Return the changes of all projections onto a population from a time on, by time and cells.
-
-    Their form is that of sPyNNaker 7.4.1: an event ``rewiring_form`` and an event ``rewiring_elim``, with
-    labels such as ``3_5_formation`` (source cell 3, target cell 5).
-    """
-    every = [*changes]
-    nothing = np.empty(0)
-    time_ms, pre, post, formed = (
-        np.concatenate([nothing, *(getattr(one, name) for one in every)])
-        for name in ("time_ms", "pre_index", "post_index", "formed")
-    )
-    order = np.lexsort((formed, post, pre, time_ms))
-    order = order[nanoseconds(time_ms[order]) >= from_milliseconds(since_ms)]
-    columns = [each[order] for each in (time_ms, pre, post)]
-    chosen = {flag: formed[order] == flag for flag in (True, False)}
-    return [_event(*names, *(each[chosen[flag]] for each in columns)) for *names, flag in _KINDS]
-
-
-def _event(name: str, change: str, time_ms: FloatArray, pre: FloatArray, post: FloatArray) -> Any:
-    labels = [f"{a:.0f}_{b:.0f}_{change}" for a, b in zip(pre, post, strict=True)]
-    return Event(
-        times=time_ms * ms, labels=np.array(labels, dtype=str), name=f"{REWIRING.name}_{name}",
-        description=f"Synapse {change} events",
-    )  # fmt: skip
 
 
 SPIKES = recording.Variable(name="spikes", location=None, label=None)
@@ -73,7 +39,6 @@ class Recorder(recording.Recorder):
         self._traces: list[StateRecorderPort] = []
         self._begin_ns = 0
         self._since_ms: dict[str, float] = {}
-        self._kept: list[Rewirings] = []
 
     # -- called by the running simulation
 
@@ -85,7 +50,7 @@ class Recorder(recording.Recorder):
 
     def _warn_of_times_between_steps(self, brain: Brain) -> None:
         step_ns, interval_ns = brain.capabilities.resolution_ns, from_milliseconds(self.sampling_interval)
-        has_state = any(variable not in (SPIKES.name, REWIRING.name) for variable in self._names())
+        has_state = any(variable != SPIKES.name for variable in self._names())
         if has_state and step_ns is not None and interval_ns % step_ns:
             self._simulator.state.warn([
                 f"sampling_interval of '{self.population.label}' is {milliseconds(interval_ns):g} ms, and "
@@ -94,12 +59,6 @@ class Recorder(recording.Recorder):
 
     def _names(self) -> set[str]:
         return {variable.name for variable in self.recorded}
-
-    def keep(self) -> None:
-        """Keep the data that only the brain has, before it is closed."""
-        if REWIRING in self.recorded:
-            with suppress(NrpError):  # a brain that has failed has no data
-                self._kept = self._simulator.state.rewirings_onto(self.population)
 
     def restart(self) -> None:
         """Discard the recorded data: the simulation is back at time 0."""
@@ -173,7 +132,7 @@ class Recorder(recording.Recorder):
     def _listen(self, variable: Any, ids: Iterable[Any]) -> None:
         brain = self._simulator.state.brain
         chosen = np.array(sorted(ids), dtype=np.int64)
-        if brain is None or not len(chosen) or variable == REWIRING:
+        if brain is None or not len(chosen):
             return
         name = f"recorder/{self.population.label}/{len(self._ports) + len(self._traces)}"
         if variable == SPIKES:
@@ -193,8 +152,8 @@ class Recorder(recording.Recorder):
     ) -> Any:
         chosen = set(self.recorded) if variables == "all" else set(self.recorded) & set(variables)
         if self._simulator.state.brain is None and not (self._ports or self._traces):
-            chosen &= {REWIRING}  # the population is younger than the last run
-        segment = super()._get_current_segment(filter_ids, chosen - {REWIRING}, clear)
+            chosen = set()  # the population is younger than the last run
+        segment = super()._get_current_segment(filter_ids, chosen, clear)
         if len(segment.spiketrains):
             ids = np.array(sorted(self.filter_recorded(SPIKES, filter_ids)), dtype=np.int64)
             segment.spiketrains = SpikeTrains(segment.spiketrains, ids)
@@ -203,17 +162,7 @@ class Recorder(recording.Recorder):
         if not len(segment.analogsignals):
             names = sorted(one.name for one in self.recorded if self.recorded[one])
             segment.description += f"\nThere are no signals here; recorded: {', '.join(names) or 'nothing'}."
-        if REWIRING in chosen:
-            segment.events += self._rewirings(filter_ids)
         return segment
-
-    def _rewirings(self, filter_ids: Any) -> list[Any]:
-        owner = f"population '{self.population.label}'"
-        if filter_ids is not None and len(set(filter_ids)) < self.population.size:
-            raise NetworkError(f"{owner}: 'rewiring' is of all its cells; take get_data of the population")
-        state = self._simulator.state
-        changes = self._kept if state.brain is None else state.rewirings_onto(self.population)
-        return events_of(changes, milliseconds(self._begin_ns))
 
     def _get_spiketimes(self, ids: Iterable[Any], clear: bool = False) -> tuple[IntArray, FloatArray]:
         neurons, times = self._spikes()
@@ -287,6 +236,5 @@ def _only(names: set[str], segment: Any, block: Any) -> Any:
     chosen.analogsignals = [signal for signal in segment.analogsignals if signal.name in names]
     if SPIKES.name in names:
         chosen.spiketrains = segment.spiketrains
-    if REWIRING.name in names:
-        chosen.events = segment.events
+    chosen.events = [event for event in segment.events if event.name.partition("_")[0] in names]
     return chosen

@@ -20,7 +20,7 @@ from nrp_core.brain.interface import Brain
 from nrp_core.clock import NS_PER_MS, from_milliseconds, nanoseconds
 from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError, NetworkError, did_you_mean
 from nrp_core.findings import Findings
-from nrp_core.network.changes import Rewirings, Synapses
+from nrp_core.network.changes import Synapses
 from nrp_core.network.data import Network
 from nrp_core.network.pynn.arguments import require_kind
 from nrp_core.network.pynn.export import network_of, unique
@@ -139,8 +139,6 @@ class RunningState(State):
     def close(self) -> None:
         """Release the brain."""
         if self.brain is not None:
-            for recorder in self.recorders:
-                recorder.keep()
             self.brain.close()
         self.brain = None
 
@@ -229,14 +227,6 @@ class RunningState(State):
             return None
         ((label, _),) = self._shares.of(projection)
         return self.brain.read_synapses(label)
-
-    def rewirings_onto(self, population: Any) -> list[Rewirings]:
-        """Return which synapses onto a population formed and vanished, for each projection of that kind."""
-        if self.brain is None:
-            return []
-        onto = [one for one in self.projections if one.post is population and one in self._shares]
-        rewired = [one for one in onto if getattr(one.synapse_type, "rewiring", None) is not None]
-        return [self.brain.read_rewirings(label) for one in rewired for label, _ in self._shares.of(one)]
 
     def _changing(self) -> Brain | None:
         """Return the brain in which something is about to change, or None if it will be opened again."""

@@ -17,7 +17,8 @@ from nrp_core.pynn.languages import reading_of
 from nrp_spynnaker.dialect import Dialect
 from nrp_spynnaker.dialect.connections import Hub
 from nrp_spynnaker.live.clock import SimulatedClock, stops_elsewhere
-from nrp_spynnaker.live.state import LabelledRecorder, LiveState
+from nrp_spynnaker.live.recorder import LabelledRecorder
+from nrp_spynnaker.live.state import LiveState
 
 BACKEND: Final = "spinnaker"
 OPTIONS: Final[Mapping[str, Any]] = {"semantics": "released"}

@@ -8,7 +8,7 @@ over UDP keeps to the real time.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from threading import Event, Thread, current_thread
@@ -16,37 +16,16 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.brain import Brain, FloatArray, IntArray, SinkPort, SinkSpec, Spikes
-from nrp_core.clock import MS_PER_S, from_milliseconds
+from nrp_core.brain import Brain, IntArray, SinkPort, SinkSpec, Spikes
+from nrp_core.clock import MS_PER_S
 from nrp_core.errors import LifecycleError
-from nrp_core.pynn.recorder import Recorder
+from nrp_core.network.changes import Rewirings
 from nrp_core.pynn.running import DEFAULT_BACKEND, RunningState
 from nrp_spynnaker.dialect.connections import Hub
 from nrp_spynnaker.live.clock import SimulatedClock
 from nrp_spynnaker.live.packets import Sockets
 
 # mypy: disable-error-code="misc"
-
-
-class LabelledRecorder(Recorder):
-    """PyNN's recorder, with the times of a machine."""
-
-    def _get_spiketimes(self, ids: Iterable[Any], clear: bool = False) -> tuple[IntArray, FloatArray]:
-        neurons, times = super()._get_spiketimes(ids, clear)
-        state = self._simulator.state
-        if self.population.celltype.receptor_types:
-            return neurons, (np.rint(times / state.dt) - 1) * state.dt
-        step_us = round(state.dt * 1000)
-        steps = -(np.floor(times * 1000).astype(np.int64) // -step_us)  # as sPyNNaker does
-        begun = steps < round(state.t / state.dt)  # the others are of the next step
-        return neurons[begun], np.multiply(steps[begun], float(state.dt))
-
-    def _get_all_signals(
-        self, variable: Any, ids: Iterable[Any], clear: bool = False
-    ) -> tuple[FloatArray, None]:
-        signals, _ = super()._get_all_signals(variable, ids, clear)
-        lasted_ns = from_milliseconds(self._simulator.state.t) - self._begin_ns
-        return signals[: -(-lasted_ns // from_milliseconds(self.sampling_interval))], None
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +92,14 @@ class LiveState(RunningState):
         self.after_reset.clear()
         self.before_run.clear()
         super().clear()
+
+    def rewirings_onto(self, population: Any) -> list[Rewirings]:
+        """Return which synapses onto a population formed and vanished, for each projection of that kind."""
+        if self.brain is None:
+            return []
+        onto = [one for one in self.projections if one.post is population and one in self._shares]
+        rewired = [one for one in onto if getattr(one.synapse_type, "rewiring", None) is not None]
+        return [self.brain.read_rewirings(label) for one in rewired for label, _ in self._shares.of(one)]
 
     def reset(self) -> None:
         super().reset()
@@ -195,6 +182,9 @@ class LiveState(RunningState):
         self._clock.close()
         self._close_sockets()
         self._first = True
+        if self.brain is not None:
+            for recorder in self.recorders:
+                recorder.keep()
         super().close()
 
     def _close_sockets(self) -> None:
