@@ -37,8 +37,9 @@ MANY_RUNS = frozenset(
     f"docs/{name}.md"
     for name in (
         "howto/contribute-a-synapse-law", "howto/compare-simulators", "howto/evolve-settings",
-        "howto/prove-a-backend", "howto/record-and-replay", "howto/steer-a-run", "howto/sweep-settings",
-        "tutorial/one-run-to-a-thousand",
+        "howto/intervene-in-a-brain", "howto/map-to-spinnaker", "howto/pack-a-paper", "howto/prove-a-backend",
+        "howto/record-and-replay", "howto/run-a-fly", "howto/set-parameters", "howto/steer-a-run",
+        "howto/sweep-settings", "howto/write-a-learning-rule", "tutorial/one-run-to-a-thousand",
     )
 )  # fmt: skip
 """Pages that take minutes together; other tests run the same commands."""
@@ -68,17 +69,17 @@ def name_of(page: Path) -> str:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "page", [p for p in PAGES if any(blocks(p)) and name_of(p) not in MANY_RUNS], ids=name_of
+    "page",
+    [
+        pytest.param(page, marks=pytest.mark.heavy if name_of(page) in MANY_RUNS else ())
+        for page in PAGES
+        if any(blocks(page))
+    ],
+    ids=name_of,
 )
 def test_every_block_of_a_page_runs(page: Path, warm: Path, tmp_path: Path) -> None:
-    run_blocks(page, tmp_path, warm)
-
-
-@pytest.mark.heavy
-@pytest.mark.parametrize("page", sorted(MANY_RUNS))
-def test_every_block_of_a_page_with_many_runs_runs(page: str, warm: Path, tmp_path: Path) -> None:
-    programs = Path(sys.executable).parent if page == COPIES_SOURCES else warm
-    run_blocks(ROOT / page, tmp_path, programs)
+    programs = Path(sys.executable).parent if name_of(page) == COPIES_SOURCES else warm
+    run_blocks(page, tmp_path, programs)
 
 
 def run_blocks(page: Path, tmp_path: Path, warm: Path) -> None:

@@ -98,6 +98,7 @@ def test_the_peak_of_a_beta_function_is_the_weight(sim: Any, tau_rise: float) ->
     assert found.max() == pytest.approx(0.003, rel=1e-3)
 
 
+@pytest.mark.heavy  # compiles for 10 s
 def test_plastic_synapses_learn_at_every_receptor(sim: Any) -> None:
     names = ("W", "X", "Y", "Z")
     kind = sim.PointNeuron(sim.LIF(i_offset=0.9), **{name: sim.ExpPSR() for name in names})

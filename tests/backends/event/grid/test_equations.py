@@ -109,7 +109,8 @@ def activity(network: Network, until_ms: float, **options: Any) -> tuple[np.ndar
 
 
 @pytest.mark.parametrize(("name", "until_ms", "tolerance_mv"), [
-    ("IF_curr_exp", 300.0, 1e-9), ("Izhikevich", 150.0, 0.02),
+    ("IF_curr_exp", 300.0, 1e-9),
+    pytest.param("Izhikevich", 150.0, 0.02, marks=pytest.mark.heavy),  # compiles for 9 s
     pytest.param("EIF_cond_exp_isfa_ista", 150.0, 0.02, marks=pytest.mark.heavy),  # Brian2 has its like
 ])  # fmt: skip
 def test_our_own_cells_as_equations_spike_alike(name: str, until_ms: float, tolerance_mv: float) -> None:

@@ -34,7 +34,9 @@ def spikes(
     return np.asarray(segment.spiketrains[0]), np.asarray(segment.filter(name="v")[0])[:, 0]
 
 
-@pytest.mark.parametrize("level", GLIF)
+@pytest.mark.parametrize(
+    "level", [1, 5, *(pytest.param(level, marks=pytest.mark.heavy) for level in (2, 3, 4))]
+)
 def test_a_generalised_leaky_cell_fires_with_that_of_nest(level: int) -> None:
     kind = getattr(sim, f"GLIF{level}_curr_alpha")(i_offset=0.4)
     found, _ = spikes(kind, 0.3, [100.0, 101.0, 300.0], 500.0, "excitatory", 0.05)
@@ -88,6 +90,7 @@ def walk_of_motion_detector(n: int, tau_1: float, tau_2: float) -> Any:
     return np.array(found).T
 
 
+@pytest.mark.heavy  # compiles for 6 s
 def test_a_motion_detector_is_that_of_the_source_of_spynnaker() -> None:
     sim.setup(timestep=1.0)
     kind = sim.IF_curr_exp_sEMD(tau_syn_E=20.0, tau_syn_E2=2.5, scaling_factor=1.5, v_thresh=1e3)
