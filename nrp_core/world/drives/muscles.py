@@ -372,9 +372,8 @@ class MuscleGroupPart(Part):
         self._group, self._model, self._engine, self._reported = group, model.name, engine, False
         known = {muscle.name: muscle for muscle in muscles_of(model)}
         muscles = [known[name] for name in group.muscles]
-        self._force = np.array([each.force for each in muscles])
-        self._optimal = np.array([each.optimal_length for each in muscles])
-        self._slack = np.array([each.slack_length for each in muscles])
+        numbers = [(each.force, each.optimal_length, each.slack_length) for each in muscles]
+        self._force, self._optimal, self._slack = np.array(numbers).T
         names = ", ".join(group.muscles)
         self.topics = (
             _command_topic(

@@ -9,7 +9,7 @@ opensim_axis = osim.CoordinateAxis.getCoordinateAxis
 QUARTER = 1.5707963267948966
 
 
-def arm(muscle: str = "Millard2012EquilibriumMuscle", tendon: float = 0.16) -> Any:
+def arm(elbow: float = 0.6) -> Any:
     """A shoulder and an elbow, and two muscles at the elbow, one of which wraps around it."""
     model = osim.Model()
     model.setName("arm")
@@ -24,7 +24,7 @@ def arm(muscle: str = "Millard2012EquilibriumMuscle", tendon: float = 0.16) -> A
         model.addBody(body)
     ground = model.getGround()
     add_pin(model, "shoulder", ground, (0, 1, 0), upper, -0.5)
-    add_pin(model, "elbow", upper, (0.3, 0, 0), fore, 0.6)
+    add_pin(model, "elbow", upper, (0.3, 0, 0), fore, elbow)
     wrap = osim.WrapCylinder()
     wrap.setName("capsule")
     wrap.set_radius(0.03)
@@ -33,7 +33,8 @@ def arm(muscle: str = "Millard2012EquilibriumMuscle", tendon: float = 0.16) -> A
     upper.addWrapObject(wrap)
     ends = {"flexor": ((0.05, 0.03, 0), (0.05, 0.02, 0)), "extensor": ((0.02, -0.03, 0), (-0.02, -0.03, 0))}
     for name, (origin, insertion) in ends.items():
-        pulls = getattr(osim, muscle)(name, 600, 0.12, tendon + 0.04 * (name == "extensor"), 0.1)
+        slack = 0.2 if name == "extensor" else 0.16
+        pulls = osim.Millard2012EquilibriumMuscle(name, 600, 0.12, slack, 0.1)
         pulls.addNewPathPoint("origin", upper, osim.Vec3(*origin))
         pulls.addNewPathPoint("insertion", fore, osim.Vec3(*insertion))
         if name == "extensor":

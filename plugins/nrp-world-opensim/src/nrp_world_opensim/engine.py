@@ -25,7 +25,7 @@ from nrp_core.world import (
 )
 
 from nrp_world_opensim.backend import OpensimOptions
-from nrp_world_opensim.library import elements, pose_of, triple, upright
+from nrp_world_opensim.library import elements, pose_of, triple
 from nrp_world_opensim.simulation import Simulation
 
 _SUFFIX = ".osim"
@@ -136,7 +136,7 @@ class OpensimModel:
     def __init__(self, model: Model, options: OpensimOptions) -> None:
         assert model.source is not None
         self.simulation = Simulation(model.source.file, options, model.pose.rotate_back((0.0, 0.0, -1.0)))
-        self.place = model.pose @ upright(self.simulation.model)
+        self.place = model.pose @ self.simulation.up
         opened = self.simulation.model
         bodies = {each.getName(): each for each in (opened.getGround(), *elements(opened.getBodySet()))}
         children = {joint.child: joint for joint in model.joints}

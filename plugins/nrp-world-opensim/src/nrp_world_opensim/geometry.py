@@ -75,6 +75,8 @@ class Shapes:
                 return self._mesh(opensim.Mesh.safeDownCast(geometry).get_mesh_file(), scale), Pose()
             case "Sphere":
                 radii = opensim.Sphere.safeDownCast(geometry).get_radius() * np.array(scale)
+                if len(set(radii.tolist())) == 1:
+                    return f"<sphere><radius>{radii[0]}</radius></sphere>", Pose()
                 return f"<ellipsoid><radii>{_text(radii)}</radii></ellipsoid>", Pose()
             case "Ellipsoid":
                 radii = np.multiply(triple(opensim.Ellipsoid.safeDownCast(geometry).get_radii()), scale)
@@ -89,19 +91,19 @@ class Shapes:
                 return f"<cylinder>{size}</cylinder>", _ALONG_Y
             case "FrameGeometry":  # the axes of a frame
                 return "", Pose()
-        self._omit(f"shapes of the kind {kind}", geometry.getName())
+        self._omit(f"a scene has no shapes of the kind {kind}", geometry.getName())
         return "", Pose()
 
     def _mesh(self, name: str, scale: tuple[float, float, float]) -> str:
         places = [self._folder / name, self._folder / "Geometry" / name]
         path = next((place for place in places if place.is_file()), None)
         if path is None:
-            self._omit("meshes that are not beside the file or in its folder 'Geometry'", name)
+            self._omit("it is neither beside the file nor in its folder 'Geometry'", name)
             return ""
         if path.suffix.lower() == ".vtp":
             triangles = read_vtp(path)
             if triangles is None:
-                self._omit("meshes in files of VTK that are not written as text", name)
+                self._omit("binary files of VTK are not read", name)
                 return ""
             path = _kept(triangles)
         factors = f"<scale>{_text(scale)}</scale>" if scale != (1.0, 1.0, 1.0) else ""

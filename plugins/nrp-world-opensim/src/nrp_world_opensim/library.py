@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,12 @@ import numpy as np
 import opensim
 from nrp_core.errors import SceneError
 from nrp_core.world import FloatArray, Pose, Vector
+
+_PLACES = re.compile(
+    r"std::exception in '.*?': |\s*\(?Thrown at [^\n]*|SimTK Exception thrown at \S+:\d+:"
+    r"|Error detected by Simbody method [\w:]+\(\):|\(Required condition .*?\)|[\w ]*apparently because:"
+)
+"""The parts of a message about OpenSim's own sources."""
 
 opensim.Logger.removeFileSink()  # otherwise it writes opensim.log into the working folder
 opensim.Logger.setLevelString("Critical")
@@ -59,10 +66,8 @@ def initial_state(model: Any, path: Path) -> Any:
 
 
 def reason(error: Exception) -> str:
-    """Return the sentence of an error of OpenSim: its last lines are places in its sources."""
-    lines = [line.strip() for line in str(error).splitlines()]
-    told = [line for line in lines[1:] if line and not line.startswith(("Thrown at", "In Object", "in "))]
-    return " ".join(told or lines)[:400]
+    """Return what an error of OpenSim says, without the places in its sources."""
+    return " ".join(_PLACES.sub(" ", str(error)).split()).rstrip(".")
 
 
 def elements(collection: Any) -> Iterator[Any]:

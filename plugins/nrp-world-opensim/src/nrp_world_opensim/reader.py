@@ -17,6 +17,7 @@ from xml.sax.saxutils import escape, quoteattr
 import numpy as np
 import opensim
 from nrp_core.findings import Code, Findings
+from nrp_core.utilities import join_with_limit
 from nrp_core.world import Pose, Vector
 
 from nrp_world_opensim.geometry import Shapes
@@ -41,10 +42,9 @@ def read_osim(path: Path) -> tuple[str, Findings]:
     model.realizeVelocity(state)
     shapes = Shapes(path)
     text = "\n".join(_Writer(model, state, shapes).lines(path))
-    for what, names in shapes.left_out.items():
-        names = sorted(set(names))
-        listed = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
-        warnings.add(Code.NRP260, f"{len(names)} {what} are not drawn: {listed}", path=path)
+    for why, names in shapes.left_out.items():
+        listed = join_with_limit(sorted(set(names)), 3)
+        warnings.add(Code.NRP260, f"not drawn, because {why}: {listed}", path=path)
     return text, warnings
 
 

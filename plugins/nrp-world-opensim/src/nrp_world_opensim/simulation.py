@@ -43,6 +43,7 @@ class Simulation:
 
     Attributes:
         model: OpenSim's model.
+        up: the rotation that takes the axes of the file to those of a world.
         coordinates: its coordinates, in the order of the file.
         muscles: its muscles by name.
 
@@ -52,10 +53,10 @@ class Simulation:
 
     def __init__(self, path: Path, options: OpensimOptions, down: Vector = (0.0, 0.0, -1.0)) -> None:
         self.model = open_model(path)
+        self.up = upright(self.model)
         if hypot(*down[:2]) > _TILT:
             x, y, z = (hypot(*triple(self.model.getGravity())) * each for each in down)
-            pull = upright(self.model).rotate_back((x, y, z))
-            self.model.setGravity(opensim.Vec3(*pull))
+            self.model.setGravity(opensim.Vec3(*self.up.rotate_back((x, y, z))))
         self.coordinates = {each.getName(): each for each in elements(self.model.getCoordinateSet())}
         self._efforts = {name: _add_effort(self.model, each) for name, each in self.coordinates.items()}
         bodies = elements(self.model.getBodySet())
@@ -63,6 +64,7 @@ class Simulation:
         self._initial = initial_state(self.model, path)
         self.muscles = {muscle.getName(): muscle for muscle in elements(self.model.getMuscles())}
         self._places = dict(_places(self.model))
+        self._known_indices: dict[tuple[str, ...], list[int]] = {}
         self._loads: dict[str, tuple[float, ...]] = {}
         self._first_controls = array(self.model.getDefaultControls())
         self._manager = _manager(self.model, options)
@@ -114,7 +116,7 @@ class Simulation:
 
     def set_controls(self, names: Sequence[str], values: FloatArray) -> None:
         """Set the controls of actuators from the next step on."""
-        self._controls[[self._places[name] for name in names]] = values
+        self._controls[self._indices(tuple(names))] = values
         self._changed = True
 
     def set_effort(self, coordinate: str, effort: float) -> None:
@@ -133,6 +135,11 @@ class Simulation:
             _set_values(self._pushes[name], loads.get(name, ()))
         self._loads = dict(loads)
 
+    def _indices(self, names: tuple[str, ...]) -> list[int]:
+        if names not in self._known_indices:
+            self._known_indices[names] = [self._places[name] for name in names]
+        return self._known_indices[names]
+
     # -- states
 
     def at_velocity(self) -> Any:
@@ -145,7 +152,7 @@ class Simulation:
         state, coordinates = self.at_velocity(), self.coordinates.values()
         positions = np.array([each.getValue(state) for each in coordinates])
         velocities = np.array([each.getSpeedValue(state) for each in coordinates])
-        efforts = self._controls[[self._places[name] for name in self._efforts.values()]]
+        efforts = self._controls[self._indices(tuple(self._efforts.values()))]
         return JointStates(tuple(self.coordinates), positions, velocities, efforts)
 
     def muscle_states(self, names: Sequence[str]) -> FloatArray:
