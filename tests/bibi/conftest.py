@@ -37,6 +37,7 @@ _VALUES: dict[str, SearchStrategy[Any]] = {
     "Natural": st.integers(0, 1000),
     "Positive": st.integers(1, 1000),
     "Rate": st.integers(1, 1000) | st.floats(1e-3, 1e3),
+    "Point": st.lists(_NUMBER, min_size=2, max_size=3).map(tuple),
     "Truth": st.booleans(),
     "Name": _NAME,
     "Dotted": _DOTTED,
@@ -57,6 +58,14 @@ LIST = st.builds(
 )
 NEURONS = RANGE | LIST | st.builds(selectors.Index, population=POPULATION, index=SMALL)
 NEURONS |= st.builds(selectors.Population, population=POPULATION)
+POINT = st.lists(NUMBER, min_size=2, max_size=3).map(tuple)
+NEURONS |= st.one_of(
+    st.builds(selectors.Box, population=POPULATION, low=POINT, high=POINT),
+    st.builds(
+        selectors.Sphere, population=POPULATION, center=POINT, radius=st.integers(1, 99) | st.floats(0.1, 9)
+    ),
+    st.builds(selectors.Nearest, population=POPULATION, center=POINT, count=st.none() | st.integers(1, 9)),
+)
 TERM = st.sampled_from(["i", "2 * i + 1", "3", "(i + 1) * 2"])
 PATTERN = st.one_of(
     st.builds(selectors.IndexTemplate, population=POPULATION, index=TERM),

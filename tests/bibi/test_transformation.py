@@ -39,15 +39,18 @@ from nrp_bibi.model.expressions import (
 )  # fmt: skip
 from nrp_bibi.model.functions import Robot2Neuron
 from nrp_bibi.model.selectors import (
+    Box,
     ChainSelector,
     Index,
     IndexTemplate,
     List,
     ListTemplate,
     MapSelector,
+    Nearest,
     Population,
     Range,
     RangeTemplate,
+    Sphere,
 )  # fmt: skip
 
 from nrp_core.errors import ExperimentError
@@ -139,6 +142,16 @@ def test_strings_are_quoted_so_that_python_reads_them(text: str) -> None:
         (List(population="p", element=(0, 2)), "nrp.brain.p[0, 2]"),
         (List(population="p", element=(4,)), "nrp.brain.p[[4]]"),
         (Population(population="p"), "nrp.brain.p"),
+        (
+            Box(population="p", low=(0, -5), high=(100, 50.5)),
+            "nrp.brain.p.within(nrp.Box((0, -5), (100, 50.5)))",
+        ),
+        (
+            Sphere(population="p", center=(0, 0, 10), radius=50),
+            "nrp.brain.p.within(nrp.Sphere((0, 0, 10), 50))",
+        ),
+        (Nearest(population="p", center=(1, 2)), "nrp.brain.p.nearest((1, 2))"),
+        (Nearest(population="p", center=(1, 2), count=3), "nrp.brain.p.nearest((1, 2), 3)"),
         (
             MapSelector(count=600, pattern=IndexTemplate(population="p", index="i")),
             "nrp.map_neurons(range(600), lambda i: nrp.brain.p[i])",

@@ -6,6 +6,7 @@ import ast
 
 from nrp_bibi.model.metamodel import Node
 from nrp_bibi.model.selectors import (
+    Box,
     ChainSelector,
     Index,
     IndexTemplate,
@@ -13,9 +14,11 @@ from nrp_bibi.model.selectors import (
     ListTemplate,
     MapSelector,
     MultiNeuronSelector,
+    Nearest,
     Population,
     Range,
     RangeTemplate,
+    Sphere,
 )
 
 
@@ -32,6 +35,12 @@ def _text(selector: Node) -> str:
             return f"nrp.chain_neurons({', '.join(map(_text, (*neurons, *connectors)))})"
         case Population(population=population):
             return f"nrp.brain.{population}"
+        case Box(population=population, low=low, high=high):
+            return f"nrp.brain.{population}.within(nrp.Box({low}, {high}))"
+        case Sphere(population=population, center=center, radius=radius):
+            return f"nrp.brain.{population}.within(nrp.Sphere({center}, {radius}))"
+        case Nearest(population=population, center=center, count=count):
+            return f"nrp.brain.{population}.nearest({center}{'' if count is None else f', {count}'})"
         case _:
             return f"nrp.brain.{selector.population}[{_index(selector)}]"  # type: ignore[attr-defined]
 

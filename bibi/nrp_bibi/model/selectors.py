@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from nrp_bibi.model.metamodel import Node, attribute, child, children
-from nrp_bibi.model.values import NAME, NATURAL, POSITIVE, TEMPLATE, WORD
+from nrp_bibi.model.values import NAME, NATURAL, POINT, POSITIVE, RATE, TEMPLATE, WORD
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -20,6 +20,30 @@ class Index(NeuronSelector):
     """One neuron."""
 
     index: int = attribute(NATURAL)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Box(NeuronSelector):
+    """Neurons in a box along the axes, um; two numbers leave the third axis free."""
+
+    low: tuple[float, ...] = attribute(POINT)
+    high: tuple[float, ...] = attribute(POINT)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sphere(NeuronSelector):
+    """Neurons in a ball, um; a center of two numbers makes it a cylinder."""
+
+    center: tuple[float, ...] = attribute(POINT)
+    radius: float = attribute(RATE)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Nearest(NeuronSelector):
+    """The neurons nearest to a point, um, the nearest first; one by default."""
+
+    center: tuple[float, ...] = attribute(POINT)
+    count: int | None = attribute(POSITIVE, None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -14,6 +14,7 @@ from nrp_bibi.model.metamodel import Value
 
 _TRUTH = {"true": True, "1": True, "false": False, "0": False}
 _NUMBER = r"[\-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][\-+]?[0-9]+)?"
+_POINT = rf"{_NUMBER}(\s+{_NUMBER}){{1,2}}"
 _NAME = r"[A-Za-z_][A-Za-z0-9_]*"
 
 
@@ -29,6 +30,16 @@ def _number(text: str) -> float:
     if not isfinite(value):
         raise ValueError
     return int(text) if re.fullmatch(r"\s*[\-+]?[0-9]+\s*", text) else value
+
+
+def _point(text: str) -> tuple[float, ...]:
+    if not re.fullmatch(_POINT, text.strip()):
+        raise ValueError
+    return tuple(map(_number, text.split()))
+
+
+def _point_text(value: tuple[float, ...]) -> str:
+    return " ".join(map(number_text, value))
 
 
 def _natural(text: str) -> int:
@@ -148,6 +159,7 @@ RATE = Value(
     "a positive number",
     (("base", "xs:double"), ("pattern", _NUMBER), ("minExclusive", "0")),
 )
+POINT = Value("Point", _point, _point_text, "2 or 3 numbers", (("base", "xs:token"), ("pattern", _POINT)))
 NATURAL = Value("Natural", _natural, str, "a whole number, 0 or more", (("base", "xs:nonNegativeInteger"),))
 POSITIVE = Value("Positive", _positive, str, "a whole number, 1 or more", (("base", "xs:positiveInteger"),))
 TRUTH = Value("Truth", _truth, lambda value: str(value).lower(), "true or false", (("base", "xs:boolean"),))

@@ -7,6 +7,7 @@ from typing import Any
 
 from nrp_bibi.model.metamodel import Value
 from nrp_bibi.model.selectors import (
+    Box,
     ChainSelector,
     Index,
     IndexTemplate,
@@ -14,14 +15,16 @@ from nrp_bibi.model.selectors import (
     ListTemplate,
     MapSelector,
     MultiNeuronSelector,
+    Nearest,
     NeuronGroupSelector,
     NeuronSelector,
     NeuronSelectorTemplate,
     Population,
     Range,
     RangeTemplate,
+    Sphere,
 )
-from nrp_bibi.model.values import NATURAL, TEMPLATE
+from nrp_bibi.model.values import NATURAL, POINT, POSITIVE, RATE, TEMPLATE
 from nrp_bibi.reverse.expressions import dotted_name
 from nrp_bibi.reverse.refusal import NotExpressibleError
 
@@ -69,7 +72,37 @@ def as_selector(node: ast.expr) -> NeuronSelector | NeuronGroupSelector:
     Raises:
         NotExpressibleError: the model has no such selector.
     """
-    return _group(node) if isinstance(node, ast.Call) else _neurons(node)
+    match node:
+        case ast.Call(func=ast.Attribute(value=owner, attr="within" | "nearest"), keywords=[]):
+            return _located(node, _population(owner))
+        case ast.Call():
+            return _group(node)
+        case _:
+            return _neurons(node)
+
+
+def _located(node: ast.Call, population: str) -> NeuronSelector:
+    """Return the selector of neurons at a location."""
+    match node:
+        case ast.Call(func=ast.Attribute(attr="nearest"), args=[center, *count]) if len(count) < 2:
+            number = _value(count[0], POSITIVE) if count else None
+            return Nearest(population=population, center=_point(center), count=number)
+        case ast.Call(args=[ast.Call(func=region, args=[first, second], keywords=[])]):
+            if dotted_name(region) == "nrp.Box":
+                return Box(population=population, low=_point(first), high=_point(second))
+            if dotted_name(region) == "nrp.Sphere":
+                return Sphere(population=population, center=_point(first), radius=_value(second, RATE))
+    raise NotExpressibleError.of(node)
+
+
+def _point(node: ast.expr) -> tuple[float, ...]:
+    if not isinstance(node, ast.Tuple):
+        raise NotExpressibleError.of(node)
+    try:
+        point: tuple[float, ...] = POINT.parse(" ".join(map(ast.unparse, node.elts)))
+    except ValueError:
+        raise NotExpressibleError.of(node) from None
+    return point
 
 
 def _group(node: ast.Call) -> NeuronGroupSelector:
