@@ -4,10 +4,13 @@ import json
 import re
 import shutil
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import pytest
+from nrp_lab.commands.diff import installed_worlds
+from nrp_world_mujoco import MujocoBackend
 
 from nrp_core._support.packages import fingerprint
 
@@ -286,3 +289,16 @@ def test_a_run_that_ended_early_is_reported_first(nrp: Any, worlds: Path, tmp_pa
     told = nrp("diff", one, other).out
     assert told.startswith("not complete: ")
     assert "worn out" in " ".join(told.split())
+
+
+def test_all_worlds_are_the_installed_physics_engines_that_can_simulate_the_scene(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = installed_worlds("reflex_arm")
+    assert "mujoco" in found
+    assert ("pybullet" in found) == (find_spec("pybullet") is not None)
+    monkeypatch.setattr(MujocoBackend, "muscles", False)
+    monkeypatch.setattr(MujocoBackend, "own_actuators", False)
+    assert installed_worlds("reflex_arm") == [name for name in found if name != "mujoco"]
+    assert "mujoco has no muscles" in " ".join(capsys.readouterr().err.split())
+    assert "mujoco" in installed_worlds("braitenberg_husky")

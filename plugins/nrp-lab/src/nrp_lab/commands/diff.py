@@ -22,7 +22,7 @@ from nrp_core.cli.options import (
     require_writable,
     usage_errors,
 )
-from nrp_core.cli.output import NO, document
+from nrp_core.cli.output import NO, complain, document
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -53,7 +53,12 @@ Brains = Annotated[
 ]
 Worlds = Annotated[
     str,
-    typer.Option(metavar="X,Y", envvar="NRP_WORLDS", help="World backends; by default the experiment's."),
+    typer.Option(
+        metavar="X,Y",
+        envvar="NRP_WORLDS",
+        help="World backends, or all: every installed physics engine that can simulate the scene; "
+        "by default the experiment's.",
+    ),
 ]
 Controls = Annotated[
     str,
@@ -239,7 +244,8 @@ def _grid(
     wirings = chosen_controls(controls)
     with usage_errors("--timesteps"):
         steps = [step for step in names(timesteps) if time_ns(step)]
-    grid = RunGrid.of(experiment, names(brains), names(worlds), seeds, settings, varied, wirings, steps)
+    engines = installed_worlds(experiment) if worlds.strip() == "all" else names(worlds)
+    grid = RunGrid.of(experiment, names(brains), engines, seeds, settings, varied, wirings, steps)
     if len(grid.conditions) < 2:
         raise typer.BadParameter(
             "give two names to one of the first two options, a control to the third, or steps to the last",
@@ -314,6 +320,29 @@ def chosen_controls(text: str) -> tuple[str, ...]:
 
     with usage_errors("--controls"):
         return WIRINGS if text.strip() == "all" else tuple(map(wiring_named, names(text)))
+
+
+def installed_worlds(experiment: str) -> list[str]:
+    """Return the physics engines on this machine that can simulate the scene of an experiment."""
+    from nrp_core import worlds
+    from nrp_core.errors import BackendError
+    from nrp_core.experiment import load_experiment, scene_of
+    from nrp_core.world import PhysicsBackend
+
+    scene, found = scene_of(load_experiment(experiment)), []
+    for name in worlds().names():
+        try:
+            backend = worlds().load(name)
+        except BackendError as error:
+            complain(f"left out: {error}", label="note")
+            continue
+        lacking = any(each.needed and not each.present for each in backend.diagnose())
+        if isinstance(backend, PhysicsBackend) and not lacking:
+            if missing := backend.capabilities(backend.options()).lacking_for(scene):
+                complain(f"left out: {name} {missing}", label="note")
+            else:
+                found.append(name)
+    return found
 
 
 def names(text: str) -> list[str]:
