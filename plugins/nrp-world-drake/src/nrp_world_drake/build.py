@@ -19,6 +19,7 @@ from nrp_core.world.engine_kit.firm_joints import FirmJoint, firm_joints
 from nrp_core.world.engine_kit.joint_servo import servoed_joints
 from nrp_core.world.engine_kit.planar_servo import PlanarServo, planar_drives, servo_of
 from nrp_core.world.engine_kit.simulated import simulated_bodies
+from nrp_world_drake.elements import armatures_of, report_mechanisms
 from nrp_world_drake.library import DiagramBuilder, multibody, scalar_first, spatial_inertia, transform, tree
 from nrp_world_drake.shapes import Shapes, parts_of
 
@@ -156,6 +157,7 @@ class _Builder:
         for drive in planar_drives(model):
             self._add_drive(model, drive, bodies)
         self._add_motors(model, bodies)
+        report_mechanisms(model, self._built.warnings)
 
     def _add_body(self, model: str, body: Body) -> Any:
         if body.fixed:
@@ -204,7 +206,8 @@ class _Builder:
             if name in placed and model.joint(name).takes_commands:
                 limit = model.joint(name).effort
                 self._built.servos[model.name, name] = self._motor(model.name, name, "servo", limit)
-        for name, firm in firm_joints(model, bodies).items():
+        armatures = armatures_of(model)
+        for name, firm in firm_joints(model, bodies, armatures).items():
             motor = self._motor(model.name, name, "firm", firm.joint.effort)
             self._built.firm[model.name, name] = firm, motor
         for joint in (body.joint for body in bodies if body.joint is not None):
@@ -216,6 +219,13 @@ class _Builder:
                     f"Drake does not have the dry friction of the ball joint '{joint.name}' of '{model.name}'"
                 )
                 self._built.warnings.add(Code.NRP264, message, subject=joint.name)
+
+        for name, inertia in armatures.items():
+            if name in placed and model.joint(name).takes_commands:
+                path = model.name, name
+                motor = self._built.servos.get(path) or self._built.rubbing.get(path)
+                motor = motor or self._motor(model.name, name, "armature", np.inf)
+                motor.actuator.set_default_rotor_inertia(inertia)
 
     def _motor(self, model: str, joint: str, use: str, limit: float, damping: float = 0.0) -> Motor:
         """Add an actuator."""

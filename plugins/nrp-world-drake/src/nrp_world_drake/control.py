@@ -149,9 +149,15 @@ class Control:
         if (aim.stiffness, aim.damping) != (before.stiffness, before.damping):
             motor.set_gains(aim.stiffness, aim.damping)
         self._aims[path] = aim
-        self._running.desired[:, motor.number] = aim.position, aim.velocity
-        self._running.efforts[motor.number] = aim.effort
-        self._running.touch()
+        position, velocity = aim.position, aim.velocity
+        if (
+            aim.stiffness
+        ):  # the effort is a part of the target, because Drake adds no inputs of several motors
+            position += aim.effort / aim.stiffness
+        elif aim.damping:
+            velocity += aim.effort / aim.damping
+        self._running.desired[:, motor.number] = position, velocity
+        self._push(path)
 
     def orient(self, model: str, joint: str, orientation: Quaternion | None) -> None:
         """Refuse to lead a ball joint: Drake has no motors in them."""
@@ -159,10 +165,21 @@ class Control:
 
     def set_effort(self, model: str, joint: str, effort: float) -> None:
         """Apply an effort to a joint."""
-        path, handle = (model, joint), self._built.joints[model][joint]
+        self._efforts[model, joint] = effort
+        self._push((model, joint))
+
+    def _push(self, path: JointPath) -> None:
+        """Set the effort on a joint, with that of a servo that has no gains."""
+        handle, aim, effort = (
+            self._built.joints[path[0]][path[1]],
+            self._aims.get(path),
+            self._efforts.get(path, 0.0),
+        )
+        if aim is not None and not (aim.stiffness or aim.damping):
+            limit = self._limit(*path)
+            effort += min(max(aim.effort, -limit), limit)
         self._running.forces[handle.velocity + (handle.axis or 0)] = effort
         self._running.touch()
-        self._efforts[path] = effort
 
     def set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
         """Apply a wrench to a body."""

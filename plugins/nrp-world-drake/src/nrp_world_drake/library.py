@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,8 @@ from nrp_core.world import Inertial, Pose, Quaternion, Vector, matrix_of
 
 __all__ = ["DiagramBuilder", "InitializeParams", "List", "MemoryFile", "Simulator", "Value", "applied_force",
            "drake_geometry", "multibody", "scalar_first", "spatial_inertia", "transform", "tree"]  # fmt: skip
+
+logging.getLogger("drake").setLevel(logging.ERROR)  # it warns of half spaces, which no soft body here touches
 
 
 def transform(pose: Pose) -> Any:

@@ -44,7 +44,6 @@ class Running:
 
     Attributes:
         plant, context: Drake's.
-        efforts: inputs of the motors, N m or N, shape ``(m,)``.
         desired: the positions and velocities that motors lead their joints to, shape ``(2, m)``.
         forces: forces on coordinates, in addition to motors, shape ``(v,)``.
     """
@@ -58,7 +57,7 @@ class Running:
         self._simulator = Simulator(built.diagram, root)
         self._inputs: list[Any] = []
         motors = self.plant.num_actuators()
-        self.efforts = self._open(self.plant.get_actuation_input_port(), motors)
+        self._open(self.plant.get_actuation_input_port(), motors)
         instance = built.plant.world_body().model_instance()
         for model in range(self.plant.num_model_instances()):
             index = type(instance)(model)
