@@ -122,13 +122,14 @@ def run(
         overrides: ``dotted.key=value``, as of ``nrp run --set``.
         until_s: simulated time at which to stop, s; by default the duration of the experiment.
         record: a new folder to record everything into.
-        overwrite: whether to replace a recording in that folder.
+        overwrite: whether to replace a recording in that folder, or existing files of CSV recorders.
         images: how a recording keeps camera images.
         snapshots_s: simulated time between two snapshots in a recording, s; None for none.
         on_step: called after every step with the run.
 
     Raises:
-        ExperimentError: the experiment does not exist, it is wrong, or ``record`` holds files already.
+        ExperimentError: the experiment does not exist, it is wrong, ``record`` holds files already, or a file
+            of a CSV recorder exists.
         BackendError: a backend is missing, broken or does not open.
         SimulationError: an engine, a transfer function or the disk failed; the recording up to there is kept.
     """
@@ -142,8 +143,9 @@ def run(
         if on_step is not None:
             simulation.on_step(on_step)
         if folder is None:
+            simulation.check_csv(overwrite=overwrite)
             simulation.run(until_s)
-            simulation.write_csv()
+            simulation.write_csv(overwrite=overwrite)
         else:
             note = size_note(simulation, until_s)
             if note is not None:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from nrp_core._support.checked_arguments import require_fields as require_fields
     from nrp_core._support.checked_arguments import takes as takes
     from nrp_core._support.files import replace_file as replace_file
+    from nrp_core._support.files import replacing as replacing
     from nrp_core._support.files import writing as writing
     from nrp_core._support.hdf5 import new_file as new_file
     from nrp_core._support.jit import jit as jit

@@ -36,9 +36,12 @@ def generate(
         wanted[diagram] = _drawing(file, reverse=reverse)
     stale = [path for path in wanted if not path.is_file() or path.read_text("utf-8") != wanted[path]]
     if not check:
+        from nrp_core.utilities import replace_file
+
         for path in stale:
             require_writable(path, "--output" if path == output else "--diagram", overwrite=overwrite)
-            path.write_text(wanted[path], encoding="utf-8", newline="\n")
+        for path in stale:
+            replace_file(path, wanted[path])
     if json:
         document({"file": file, "text": text, "outputs": list(wanted), "changed": stale})
     elif not (wanted or check):

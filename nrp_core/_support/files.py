@@ -25,11 +25,37 @@ def writing(path: Path) -> Iterator[None]:
         raise ExperimentError(f"cannot be written: {_reason(error)}", path=path) from error
 
 
-def replace_file(path: Path, content: str | bytes) -> None:
-    """Write a file as a whole: when the disk is full or the process ends, the old file is still there.
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Run a block that writes a file as a whole: if it fails, the old file is still there.
 
-    The content is written to a draft in the same folder, which then gets the name of the file. The file keeps
-    its permissions, and a link stays a link.
+    It writes the draft that it is given, in the same folder and with the same suffix, which then gets the
+    name of the file. The file keeps its permissions, and a link stays a link.
+
+    Args:
+        path: the file; its folder must exist.
+
+    Raises:
+        OSError: the disk refused a write, or the file may only be read.
+    """
+    target = path.resolve()
+    is_there = target.exists()
+    if is_there and not os.access(target, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    draft = target.with_name(f".{target.stem}.{os.getpid()}{target.suffix}")
+    try:
+        yield draft
+        with draft.open("rb") as file:
+            os.fsync(file.fileno())
+        if is_there:
+            shutil.copymode(target, draft)
+        draft.replace(target)
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def replace_file(path: Path, content: str | bytes) -> None:
+    """Write a file as a whole, as :func:`replacing`.
 
     Args:
         path: the file; its folder must exist.
@@ -38,22 +64,8 @@ def replace_file(path: Path, content: str | bytes) -> None:
     Raises:
         ExperimentError: the disk refused a write, or the file may only be read.
     """
-    with writing(path):
-        target = path.resolve()
-        is_there = target.exists()
-        if is_there and not os.access(target, os.W_OK):
-            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-        draft = target.with_name(f".{target.name}.{os.getpid()}")
-        try:
-            with draft.open("wb") as file:
-                file.write(content.encode() if isinstance(content, str) else content)
-                file.flush()
-                os.fsync(file.fileno())
-            if is_there:
-                shutil.copymode(target, draft)
-            draft.replace(target)
-        finally:
-            draft.unlink(missing_ok=True)
+    with writing(path), replacing(path) as draft:
+        draft.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
 def _reason(error: OSError) -> str:

@@ -152,6 +152,9 @@ class Session:
             experiment = self._read()
             until_s = self._until_s(experiment)
             simulation = stack.enter_context(open_checked_run(experiment, shown.begin_task, until_s=until_s))
+            if self._request.record is None:
+                with usage_errors("--overwrite"):
+                    simulation.check_csv(overwrite=self._request.overwrite)
             _announce(simulation)
             shown.watch(simulation, seconds(experiment.duration) if until_s is None else until_s)
             if self._request.control is not None:
@@ -205,7 +208,7 @@ class Session:
         if self._request.record is not None:
             return  # the recording holds the rows
         try:
-            simulation.write_csv()
+            simulation.write_csv(overwrite=self._request.overwrite)
         except NrpError as error:
             self._error = self._error or error
 

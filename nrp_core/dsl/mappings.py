@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from nrp_core._support.files import replacing
 from nrp_core.dsl.device_kinds import KINDS, CustomDevice, DeviceKind
 from nrp_core.dsl.devices import Device, DeviceGroup
 from nrp_core.dsl.functions import Flow, Neuron2Robot, Robot2Neuron, TransferFunction
@@ -137,23 +138,30 @@ class CSVRecorder(Adapter):
         return f"{len(self.rows)} rows"
 
 
+def csv_texts(functions: Iterable[TransferFunction], folder: Path) -> dict[Path, str]:
+    """Return the texts of the files into which all recorders of transfer functions write, in a folder."""
+    found = [
+        one for function in functions for one in function.adapters.values() if isinstance(one, CSVRecorder)
+    ]
+    texts: dict[Path, str] = {}
+    for recorder in found:
+        path = folder / inside(recorder.filename)
+        texts[path] = texts.get(path, "") + _text(recorder, with_headers=path not in texts)
+    return texts
+
+
 def write_csv(functions: Iterable[TransferFunction], folder: Path) -> list[Path]:
     """Write the rows of all recorders of transfer functions into a folder; return its files.
 
     Raises:
         OSError: a file cannot be written.
     """
-    found = [
-        one for function in functions for one in function.adapters.values() if isinstance(one, CSVRecorder)
-    ]
-    texts: dict[str, str] = {}
-    for recorder in found:
-        name = inside(recorder.filename)
-        texts[name] = texts.get(name, "") + _text(recorder, with_headers=name not in texts)
-    for name, text in texts.items():
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(text, encoding="utf-8", newline="")
-    return [folder / name for name in texts]
+    texts = csv_texts(functions, folder)
+    for path, text in texts.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with replacing(path) as draft:
+            draft.write_text(text, encoding="utf-8", newline="")
+    return list(texts)
 
 
 def _text(recorder: CSVRecorder, *, with_headers: bool) -> str:

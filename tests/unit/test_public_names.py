@@ -12,29 +12,16 @@ from pathlib import Path
 
 import pytest
 from golden import Golden
+from public_names import DOORS, public_modules
 
 import nrp_core.dsl
 
 ROOT = Path(__file__).parents[2]
-DOORS = (
-    "nrp_core", "nrp_core.brain", "nrp_core.experiment", "nrp_core.recording",
-    "nrp_core.utilities", "nrp_core.world",
-    "nrp_formats",
-    "nrp_lab.comparison", "nrp_lab.sweep", "nrp_lab.evolve", "nrp_lab.benchmark",
-    "nrp_lab.learning",
-)  # fmt: skip
 MODULE = r"(nrp_(?:conformance|core|formats|lab)[\w.]*)"
 IMPORT = re.compile(rf"^[ >]*(?:from {MODULE} import (\([^)]*\)|[^\n#]*)|import {MODULE})", re.MULTILINE)
 
 OWN_FILE = re.compile(r"^```python\n# (?:nrp_core|backends)/.*?^```$", re.MULTILINE | re.DOTALL)
 """A block of a page that becomes a file of the project itself, which does not use the doors."""
-
-
-def public_modules() -> frozenset[str]:
-    """The modules that the reference names, those with ``*`` at their end with all below them."""
-    page = (ROOT / "docs" / "reference" / "python.md").read_text()
-    table = page.partition("\n## Modules\n")[2].partition("\n## ")[0]
-    return frozenset(re.findall(r"^\| `(nrp_(?:conformance|core|formats|lab)[\w.*]*)`", table, re.MULTILINE))
 
 
 def is_public(module: str) -> bool:

@@ -250,7 +250,8 @@ def _check_image(path: Path, *, overwrite: bool) -> None:
 def _draw(scene: Scene, path: Path) -> None:
     import cv2
 
+    from nrp_core._support.files import replace_file
     from nrp_core.world.render.portrait import portrait
 
     _, data = cv2.imencode(path.suffix, portrait(scene)[:, :, ::-1])
-    path.write_bytes(data.tobytes())
+    replace_file(path, data.tobytes())

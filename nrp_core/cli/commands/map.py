@@ -55,7 +55,9 @@ def map(  # noqa: A001  the name of the command
     with trusting(trust):
         account = _account(experiment, overrides, models, brain, seed)
     if html is not None:
-        _write(html, _page(account))
+        from nrp_core._support.files import replace_file
+
+        replace_file(html, _page(account))
     if json:
         document(as_data(account))
     else:
@@ -102,13 +104,6 @@ def _account(
         f"the experiment's brain backend has no reports; these are of {others[0]}", label="note", color="blue"
     )
     return of(others[0])
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.write_text(text, "utf-8")
-    except OSError as error:
-        raise typer.BadParameter(f"{path}: {error.strerror}", param_hint="--html") from error
 
 
 def _page(account: Account) -> str:

@@ -13,9 +13,9 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core._support.checked_arguments import checks_arguments
-from nrp_core._support.files import writing
+from nrp_core._support.files import replace_file
 from nrp_core.errors import CapabilityError, ExperimentError
-from nrp_core.paths import path_of
+from nrp_core.paths import check_free, path_of
 from nrp_core.scene.merged_bodies import bodies_of
 from nrp_core.scene.posture import body_poses
 from nrp_core.scene.rigid import BodyPath, matrix_of
@@ -37,17 +37,21 @@ class Picture:
     rates_hz: Mapping[str, float]
 
     @checks_arguments()
-    def save(self, path: Path | str) -> None:
+    def save(self, path: Path | str, *, overwrite: bool = False) -> None:
         """Write the scene as a .png file.
 
+        Args:
+            path: the file.
+            overwrite: whether to replace an existing file.
+
         Raises:
-            ExperimentError: the suffix is another one, or the file cannot be written.
+            ExperimentError: the suffix is another one, or the file exists or cannot be written.
         """
         target = path_of(path)
         if target.suffix.lower() != ".png":
             raise ExperimentError(f"a picture is a .png file, not '{target.name}'")
-        with writing(target):
-            target.write_bytes(self._repr_png_())
+        check_free(target, overwrite=overwrite)
+        replace_file(target, self._repr_png_())
 
     def __repr__(self) -> str:
         height, width, _ = self.pixels.shape

@@ -27,7 +27,7 @@ from nrp_core.brain.interface import Brain
 from nrp_core.cle import ClosedLoop, pacing_of
 from nrp_core.clock import from_seconds, seconds
 from nrp_core.dsl.functions import TransferFunction
-from nrp_core.dsl.mappings import write_csv
+from nrp_core.dsl.mappings import csv_texts, write_csv
 from nrp_core.errors import (
     CapabilityError,
     ExperimentError,
@@ -64,7 +64,7 @@ from nrp_core.findings import Finding
 from nrp_core.findings.problems import is_complete, without
 from nrp_core.findings.refusals import SCENE_CHANGES
 from nrp_core.messages.base import type_name
-from nrp_core.paths import path_of
+from nrp_core.paths import check_free, path_of
 from nrp_core.world.world import World
 
 Added: TypeAlias = Iterable[TransferFunction | Path | str] | TransferFunction | Path | str
@@ -135,6 +135,7 @@ class Run(Overview, Closing):
         self.parameters = plan.parameters
         self._build = build
         self._planned = plan.warnings
+        self._csv_files: set[Path] = set()
         with CollectorPaused(), ExitStack() as opened:
             progress(f"opening the world ({experiment.world.backend})")
             self.world: World = opened.enter_context(
@@ -497,20 +498,34 @@ class Run(Overview, Closing):
         return self._observation.watch.passed()
 
     @checks_arguments()
-    def write_csv(self, folder: Path | None = None) -> list[Path]:
+    def write_csv(self, folder: Path | None = None, *, overwrite: bool = False) -> list[Path]:
         """Write the rows of CSV recorders so far, and return the files.
 
         Args:
             folder: the folder; by default the experiment's ``csv_folder``.
+            overwrite: whether to replace existing files that this run has not written.
 
         Raises:
+            ExperimentError: a file exists.
             SimulationError: a file cannot be written.
         """
+        self.check_csv(folder, overwrite=overwrite)
         try:
-            return write_csv(self.loop.functions, folder or self.experiment.csv_folder)
+            files = write_csv(self.loop.functions, folder or self.experiment.csv_folder)
         except OSError as error:
             message = f"the CSV records cannot be written: {error.strerror or error}"
             raise SimulationError(message, t_ns=self.loop.now_ns) from error
+        self._csv_files.update(files)
+        return files
+
+    def check_csv(self, folder: Path | None = None, *, overwrite: bool = False) -> None:
+        """Refuse files that :meth:`write_csv` would refuse, before the run.
+
+        Raises:
+            ExperimentError: a file exists.
+        """
+        for path in csv_texts(self.loop.functions, folder or self.experiment.csv_folder):
+            check_free(path, overwrite=overwrite or path in self._csv_files)
 
     @checks_arguments()
     def show(self, of: Iterable[str] | str | None = None, *, width: int = 640, height: int = 480) -> Picture:

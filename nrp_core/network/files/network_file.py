@@ -28,13 +28,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, fields
 from hashlib import blake2b
 from pathlib import Path
-from tempfile import NamedTemporaryFile
 from typing import Any, Final, TypeVar
 
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.checked_arguments import checks_arguments
+from nrp_core._support.files import replacing
 from nrp_core.errors import NetworkError
 from nrp_core.network.currents import InjectedCurrent
 from nrp_core.network.data import Network, Origin, Population, Projection
@@ -76,7 +76,6 @@ def save_network(network: Network, path: Path | str, *, overwrite: bool = False)
     Args:
         network: the network.
         path: the file; by convention its name ends in ``.nrpnet``.
-
         overwrite: whether to replace an existing file, once the new one is complete.
 
     Raises:
@@ -92,14 +91,8 @@ def save_network(network: Network, path: Path | str, *, overwrite: bool = False)
     from nrp_core._support.hdf5 import new_file
 
     try:
-        with NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}-", delete=False) as kept:
-            unfinished = Path(kept.name)
-        try:
-            with new_file(unfinished, libver=_LAYOUT) as file:
-                _write(file, network)
-            unfinished.replace(path)
-        finally:
-            unfinished.unlink(missing_ok=True)
+        with replacing(path) as draft, new_file(draft, libver=_LAYOUT) as file:
+            _write(file, network)
     except OSError as error:
         raise NetworkError(f"the network cannot be written: {error.strerror or error}", path=path) from error
 

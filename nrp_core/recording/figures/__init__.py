@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from nrp_core._support.files import writing
+from nrp_core._support.files import replacing, writing
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.paths import check_free
 from nrp_core.recording.reading.reader import RecordingReader
@@ -129,5 +129,5 @@ def save(figure: Figure, path: Path) -> None:
     Raises:
         ExperimentError: the disk refuses a write.
     """
-    with writing(path):
-        figure.savefig(path, metadata=UNDATED.get(path.suffix.lower()))
+    with writing(path), replacing(path) as draft:
+        figure.savefig(draft, metadata=UNDATED.get(path.suffix.lower()))

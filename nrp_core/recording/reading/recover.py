@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from nrp_core._support.files import writing
+from nrp_core._support.files import replacing, writing
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.messages.cdr import Codec
@@ -50,27 +50,14 @@ def recover(recording: RecordingReader, target: Path | None = None) -> Recovered
     source = recording.file
     if target is None and recording.complete:
         return Recovered(source, *_count(recording), None)
-    draft = source.with_suffix(".draft") if target is None else target
-    with writing(draft):
-        messages, until_s, lost = _write_or_remove(recording, draft)
-        if target is not None:
-            return Recovered(target, messages, until_s, source, lost)
-        kept = _free(source)
-        source.replace(kept)
-        draft.replace(source)
-    return Recovered(source, messages, until_s, kept, lost)
-
-
-def _write_or_remove(recording: RecordingReader, target: Path) -> tuple[int, float, int | None]:
-    """Write a file; if that fails, remove it. Return the result of :func:`_write`."""
-    try:
-        written = _write(recording, target)
-        if not written[0]:
-            raise ExperimentError("it does not have one intact message of a recording", path=recording.file)
-    except BaseException:
-        target.unlink(missing_ok=True)
-        raise
-    return written
+    kept = _free(source) if target is None else source
+    with writing(target or source), replacing(target or source) as draft:
+        messages, until_s, lost = _write(recording, draft)
+        if not messages:
+            raise ExperimentError("it does not have one intact message of a recording", path=source)
+        if target is None:
+            source.replace(kept)
+    return Recovered(target or source, messages, until_s, kept, lost)
 
 
 def _write(recording: RecordingReader, target: Path) -> tuple[int, float, int | None]:

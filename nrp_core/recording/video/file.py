@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core._support.files import replacing, writing
 from nrp_core._support.quiet import quiet
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
@@ -53,20 +54,21 @@ def write_video(
 
     first = next(frames)
     height, width = first.shape[:2]
-    with quiet():  # FFmpeg reports that it chooses the tag of the codec itself
-        code = cv2.VideoWriter.fourcc(*_CODEC)
-        writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, code, rate_hz, (width, height))
-    if not writer.isOpened():
-        raise ExperimentError("the video cannot be written: OpenCV's FFmpeg does not open it", path=path)
     count = 0
-    try:
-        for image in chain([first], frames):
-            writer.write(cv2.cvtColor(image, cv2.COLOR_RGB2BGR))
-            count += 1
-            if progress is not None:
-                progress(count, total)
-    finally:
-        writer.release()
-    if not path.is_file() or not path.stat().st_size:
-        raise ExperimentError("the video cannot be written: is the disk full?", path=path)
+    with writing(path), replacing(path) as draft:
+        with quiet():  # FFmpeg reports that it chooses the tag of the codec itself
+            code = cv2.VideoWriter.fourcc(*_CODEC)
+            writer = cv2.VideoWriter(str(draft), cv2.CAP_FFMPEG, code, rate_hz, (width, height))
+        if not writer.isOpened():
+            raise ExperimentError("the video cannot be written: OpenCV's FFmpeg does not open it", path=path)
+        try:
+            for image in chain([first], frames):
+                writer.write(cv2.cvtColor(image, cv2.COLOR_RGB2BGR))
+                count += 1
+                if progress is not None:
+                    progress(count, total)
+        finally:
+            writer.release()
+        if not draft.is_file() or not draft.stat().st_size:
+            raise ExperimentError("the video cannot be written: is the disk full?", path=path)
     return count

@@ -119,10 +119,9 @@ def _run_command(command: list[str]) -> int:
 
 
 def _write(path: Path, found: Any) -> None:
-    from nrp_core.utilities import writing
+    from nrp_core.utilities import replace_file
 
-    with writing(path):
-        path.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", "utf-8")
+    replace_file(path, json.dumps(found, indent=2, ensure_ascii=False) + "\n")
 
 
 def _print(found: Any) -> None:

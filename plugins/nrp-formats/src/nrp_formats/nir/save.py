@@ -10,7 +10,7 @@ import numpy as np
 from nrp_core.brain import STATIC, FloatArray, Network, Population, Projection
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.paths import check_free, path_of
-from nrp_core.utilities import checks_arguments
+from nrp_core.utilities import checks_arguments, replacing
 from nrp_formats.nir.graph import returning
 from nrp_formats.nir.neurons import Method, Step, driven_by
 
@@ -153,7 +153,8 @@ def save_nir(
     dt_s = network.timestep_ms * 1e-3
     graph = _Writer(nir, network, Step(dt_s, network.timestep_ms, method)).graph()
     try:
-        nir.write(path, graph)
+        with replacing(path) as draft:
+            nir.write(draft, graph)
     except OSError as error:
         raise NetworkError(f"the network cannot be written: {error}", path=path) from error
 

@@ -286,10 +286,9 @@ def _report(found: GridDiff | PairDiff, html: Path | None, *, as_json: bool) -> 
 
     data, page, print_text = _forms(found)
     if html is not None:
-        from nrp_core.utilities import writing
+        from nrp_core.utilities import replace_file
 
-        with writing(html):
-            html.write_text(page(found), "utf-8")
+        replace_file(html, page(found))
     if as_json:
         document(data(found))
         return

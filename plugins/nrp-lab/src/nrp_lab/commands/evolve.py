@@ -40,7 +40,7 @@ def evolve(
     json: Json = False,
 ) -> None:
     """Search for the best settings of an experiment. Stop at any time; repeat the command to resume."""
-    shown = folder_to_show(context, target, folder, ("plot",))
+    shown = folder_to_show(context, target, folder, ("plot", "overwrite"))
     require_writable(plot, "--plot", overwrite=overwrite)
     if shown is not None:
         from nrp_lab.evolve.history import History

@@ -78,7 +78,7 @@ def sweep(
     require_writable(plot, "--plot", overwrite=overwrite)
     if plot is None and (measure is not None or kind is not None):
         complain("--measure and --kind have no effect without --plot", label="note")
-    if shown := folder_to_show(context, target, folder, ("plot", "measure", "kind")):
+    if shown := folder_to_show(context, target, folder, ("plot", "measure", "kind", "overwrite")):
         _show(shown, measure, plot, kind, as_json=json)
         return
     if emit is not None and plan:
@@ -190,7 +190,7 @@ def _show(
     if plot is not None:
         from nrp_lab.sweep.figures import draw
 
-        draw(table, plot, measure, kind)
+        draw(table, plot, measure, kind, overwrite=True)  # the command has checked it
     if as_json:
         document(report_data(table, folder, plot))
         return

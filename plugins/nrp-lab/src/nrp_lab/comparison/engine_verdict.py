@@ -13,7 +13,7 @@ from typing import Literal
 
 from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.recording import Images, Recording, with_recorded_brain, with_recorded_world
-from nrp_core.utilities import join_with_limit, strict_json, writing
+from nrp_core.utilities import join_with_limit, replace_file, strict_json
 from nrp_lab.comparison.engine_measures import EngineDifference, differences
 from nrp_lab.comparison.grid import GridCell, RunGrid, is_reusable, record
 from nrp_lab.comparison.metric import Margins
@@ -172,8 +172,7 @@ class Baseline:
         """
         known = {key: amount if isfinite(amount) else None for key, amount in sorted(self.known.items())}
         data = {"experiment": self.experiment, "known": known}
-        with writing(path):
-            path.write_text(json.dumps(data, indent=1) + "\n", "utf-8")
+        replace_file(path, json.dumps(data, indent=1) + "\n")
 
     def applied(self, verdict: EngineVerdict) -> EngineVerdict:
         """Return a verdict in which the known differences are marked."""

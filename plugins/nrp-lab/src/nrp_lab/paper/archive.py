@@ -13,7 +13,7 @@ from typing import Any, Final
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment import prepare
 from nrp_core.recording import Recording
-from nrp_core.utilities import writing
+from nrp_core.utilities import replacing, writing
 from nrp_lab.comparison.grid import ORIGINAL, GridCell, RunGrid, run_grid
 from nrp_lab.comparison.metric import Margins, all_metrics
 from nrp_lab.comparison.report import grid_data, headline
@@ -131,7 +131,11 @@ def _digests(folder: Path) -> dict[str, str]:
 
 
 def _pack(folder: Path, target: Path) -> None:
-    with writing(target), zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as packed:
+    with (
+        writing(target),
+        replacing(target) as draft,
+        zipfile.ZipFile(draft, "w", zipfile.ZIP_DEFLATED) as packed,
+    ):
         for path in sorted(path for path in folder.rglob("*") if path.is_file()):
             entry = zipfile.ZipInfo(path.relative_to(folder).as_posix(), _DATE)
             entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16

@@ -33,7 +33,14 @@ _MAX_NAMED = 12
 _COLOURS = "viridis"
 
 
-def draw(table: SweepTable, path: Path, measure: str | None = None, kind: str | None = None) -> None:
+def draw(
+    table: SweepTable,
+    path: Path,
+    measure: str | None = None,
+    kind: str | None = None,
+    *,
+    overwrite: bool = False,
+) -> None:
     """Draw a sweep into a file.
 
     Args:
@@ -41,11 +48,13 @@ def draw(table: SweepTable, path: Path, measure: str | None = None, kind: str | 
         path: the suffix chooses between PNG, SVG and PDF.
         measure: the measure to show; by default the first.
         kind: ``curve``, ``heat`` or ``parallel``; by default by the number of settings that vary.
+        overwrite: whether to replace an existing file.
 
     Raises:
-        ExperimentError: the measure or kind is unknown, too few settings vary, or the file cannot be written.
+        ExperimentError: the measure or kind is unknown, too few settings vary, or the file exists or cannot
+            be written.
     """
-    check_target(path, overwrite=True)
+    check_target(path, overwrite=overwrite)
     name = table.measure(measure)
     kind = kind or _usual(table)
     _require_keys(table.keys, kind)
