@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import errno
 import os
-import shutil
+import stat
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from nrp_core.errors import ExperimentError
 
@@ -39,16 +41,16 @@ def replacing(path: Path) -> Iterator[Path]:
         OSError: the disk refused a write, or the file may only be read.
     """
     target = path.resolve()
-    is_there = target.exists()
-    if is_there and not os.access(target, os.W_OK):
+    mode = target.stat().st_mode if target.exists() else None
+    if mode is not None and not os.access(target, os.W_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     draft = target.with_name(f".{target.stem}.{os.getpid()}{target.suffix}")
     try:
         yield draft
         with draft.open("rb") as file:
             os.fsync(file.fileno())
-        if is_there:
-            shutil.copymode(target, draft)
+        if mode is not None:
+            draft.chmod(stat.S_IMODE(mode))
         draft.replace(target)
     finally:
         draft.unlink(missing_ok=True)
@@ -66,6 +68,37 @@ def replace_file(path: Path, content: str | bytes) -> None:
     """
     with writing(path), replacing(path) as draft:
         draft.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
+_guards: list[None] = []
+
+
+@contextmanager
+def regular_files_only() -> Iterator[None]:
+    """Run a block that reads the files of others: a pipe or a device in place of one is refused.
+
+    Reading it would wait, or never end. Only the function ``open`` is guarded, not ``os.open``.
+    """
+    if not hasattr(_refuse_endless, "is_hooked"):
+        sys.addaudithook(_refuse_endless)  # for ever; without a guard it does nothing
+        _refuse_endless.is_hooked = True  # type: ignore[attr-defined]
+    _guards.append(None)
+    try:
+        yield
+    finally:
+        _guards.pop()
+
+
+def _refuse_endless(event: str, arguments: tuple[Any, ...]) -> None:
+    if event != "open" or not _guards or arguments[1] is None or isinstance(arguments[0], int):
+        return
+    try:
+        mode = Path(os.fsdecode(arguments[0])).stat().st_mode
+    except (OSError, ValueError):
+        return  # the function itself says why
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        path = Path(os.fsdecode(arguments[0]))
+        raise ExperimentError("is a pipe, a socket or a device, not a file", path=path)
 
 
 def _reason(error: OSError) -> str:

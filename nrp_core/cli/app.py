@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from difflib import get_close_matches
 from functools import cached_property
 from importlib import import_module
@@ -18,6 +19,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup, TyperOption
 from typer.main import get_command
 
+from nrp_core._support.files import regular_files_only
 from nrp_core.cli.commands import COMMANDS
 from nrp_core.cli.output import (
     complain,
@@ -31,6 +33,8 @@ from nrp_core.registry import OPTIONAL, Provider, Registry
 
 _OURS = {"nrp-core", *OPTIONAL}
 """The distributions whose commands are described in the help text."""
+_READERS = {"inspect", "explain", "validate", "map", "generate", "import-connectome"}
+"""Commands that read the files of others, and execute nothing of them with the user's permissions."""
 _ALIKE = 0.85
 """Minimum similarity, from 0 to 1, of a name and its misspelling."""
 
@@ -142,6 +146,11 @@ class Command(TyperCommand):
             if repeated := [one for place, one in enumerate(values) if one in values[:place]]:
                 raise typer.BadParameter(f"'{repeated[0]}' is given twice", ctx=ctx, param=option)
         return rest
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command; one that only reads files opens no pipes and devices, which would never end."""
+        with regular_files_only() if self.name in _READERS else nullcontext():
+            return super().invoke(ctx)
 
 
 def _summary(name: str, function: Callable[..., None]) -> str:

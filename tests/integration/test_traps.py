@@ -20,7 +20,8 @@ ROW = re.compile(r"^\| (nothing|confined|with your permissions) \| (`nrp .*) \|$
 RECORDING = "recorded"
 SCENES = (
     "robot.urdf", "robot.xml", "robot.urdf.xacro", "evaluated.xacro", "world.sdf", "plugin.sdf", "entity.sdf",
-    "model.xml", "robot.zip", "mesh.dae", "mesh.stl", "image.png",
+    "model.xml", "robot.zip", "mesh.dae", "mesh.stl", "image.png", "pipes.sdf", "pipes.xacro", "endless.urdf",
+    "around.sdf",
 )  # fmt: skip
 EXPERIMENTS = (
     "experiment.yaml", "tagged.yaml", "robots.yaml", "pickled.yaml", "link.yaml", "old.exc",
@@ -31,16 +32,20 @@ OTHERS = (
     "network.json", "cells.nestml", "notebook.ipynb", "start.launch", "sweep.yaml", "template.html.j2",
     "edges.csv", "beside", "nowhere", RECORDING,
 )  # fmt: skip
-EVERY = (*SCENES, *EXPERIMENTS, *OTHERS)
+WAITING = tuple(f"waiting{suffix}" for suffix in traps.PIPES)
+EVERY = (*SCENES, *EXPERIMENTS, *OTHERS, *WAITING, "pipes.yaml", "again/again")
+VALIDATED = (
+    *EXPERIMENTS[:3], *EXPERIMENTS[4:-1], "functions.py", "old.bibi", *WAITING[:3], "pipes.yaml",
+)  # fmt: skip
 TARGETS: dict[str, list[list[str]]] = {
     "list": [[]], "backends": [[], ["--refresh"]], "doctor": [[]], "cache": [[]], "schema": [["experiment"]],
     "inspect": [[one] for one in EVERY],
     "explain": [[one, "x"] for one in (*EXPERIMENTS, "functions.py", "brain.py", RECORDING)],
-    "validate": [[one] for one in (*EXPERIMENTS[:3], *EXPERIMENTS[4:-1], "functions.py", "old.bibi")],
+    "validate": [[one] for one in VALIDATED],
     "map": [["experiment.yaml", "-s", "brain.backend=spinnaker"], ["pickled.yaml"], ["old.exc"]],
-    "generate": [["old.bibi"], ["functions.py"]],
+    "generate": [["old.bibi"], ["functions.py"], ["waiting.bibi"], ["waiting.py", "--reverse"]],
     "import": [["simulation_config.json", "-o", "imported"], ["old.exc", "-o", "imported_exc"]],
-    "import-connectome": [["edges.csv", "-o", "edges.nrpnet"]],
+    "import-connectome": [["edges.csv", "-o", "edges.nrpnet"], ["waiting.csv", "-o", "waiting.nrpnet2"]],
     "plot": [[RECORDING, "-o", "plot.png"]], "video": [[RECORDING, "-o", "video.mp4"]],
     "export": [[RECORDING, "--format", "csv", "-o", "exported"], [RECORDING, "--format", "nwb"]],
     "recover": [[RECORDING, "-o", "recovered"]], "share": [[RECORDING, "-o", "shared.html"]],

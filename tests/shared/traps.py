@@ -22,6 +22,11 @@ MODULES = (
     "usercustomize", "conftest", "yaml", "numpy", "lxml", "typer", "mujoco", "cv2", "matplotlib",
     "nrp_plugin",
 )  # fmt: skip
+PIPES = (
+    ".yaml", ".py", ".urdf", ".xacro", ".sdf", ".xml", ".zip", ".bibi", ".exc", ".json", ".nrpnet", ".nir",
+    ".pkl", ".mcap", ".csv", ".ipynb", "",
+)  # fmt: skip
+"""Suffixes of pipes ``waiting``, in which nobody writes."""
 MASS = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
 
 
@@ -116,6 +121,9 @@ def files() -> Iterator[tuple[str, str | bytes]]:
     yield "evaluated.xacro", xacro("unused").replace("${p}", f"$(eval {escape(python('xacro_eval'))})")
     world = '<sdf version="1.7"><world name="w">{}</world></sdf>'
     yield "world.sdf", world.format("<include><uri>robot.urdf.xacro</uri></include>")
+    yield "pipes.sdf", world.format("<include><uri>waiting.urdf</uri></include>")
+    yield "pipes.xacro", '<robot xmlns:xacro="x" name="r"><xacro:include filename="waiting.xml"/></robot>'
+    yield "pipes.yaml", EXPERIMENT.replace("brain.py", "waiting.py")
     yield "plugin.sdf", world.format(f'<plugin name="p" filename="{mark("library")}"/>')
     yield "entity.sdf", '<!DOCTYPE a [<!ENTITY x SYSTEM "file:///etc/hostname">]>' + world.format("&x;")
     yield "model.xml", '<mujoco><extension><plugin plugin="nrp.evil"/></extension><worldbody/></mujoco>'
@@ -162,6 +170,11 @@ def lay(folder: Path) -> None:
     (folder / "ffmpeg").chmod(0o755)
     (folder / "link.yaml").symlink_to("/etc/hostname")
     (folder / "beside").symlink_to("/etc")
+    (folder / "again").symlink_to(".")
+    (folder / "endless.urdf").symlink_to("/dev/zero")
+    (folder / "around.sdf").symlink_to("around.sdf")
+    for suffix in PIPES:
+        os.mkfifo(folder / f"waiting{suffix}")
     with zipfile.ZipFile(folder / "robot.zip", "w") as packed:
         packed.writestr(f"../../../../../../../../..{mark('zip')}", "x")
         packed.writestr("robot.urdf", xacro("zipped"))

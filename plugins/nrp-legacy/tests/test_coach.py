@@ -286,9 +286,9 @@ def test_a_run_is_stopped_only_when_its_files_are_written(
 ) -> None:
     write_csv = Run.write_csv
 
-    def write_slowly(run: Run, folder: Path | None = None) -> list[Path]:
+    def write_slowly(run: Run, folder: Path | None = None, *, overwrite: bool = False) -> list[Path]:
         time.sleep(0.2)
-        return write_csv(run, folder)
+        return write_csv(run, folder, overwrite=overwrite)
 
     monkeypatch.setattr(Run, "write_csv", write_slowly)
     simulation = launched(settings="duration=0.1s")

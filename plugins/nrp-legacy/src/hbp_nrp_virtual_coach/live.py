@@ -93,7 +93,7 @@ class Live:
 
     def _finish(self, run: Run) -> None:
         """Keep the recording of the run before it is closed."""
-        run.write_csv(self._records)
+        run.write_csv(self._records, overwrite=True)  # a changed brain makes another run
 
     def _draft(self, name: str, source: str) -> Path:
         """Write a source to a file, for the run to read.

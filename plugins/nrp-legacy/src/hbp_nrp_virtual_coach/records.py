@@ -26,7 +26,7 @@ class Records(Live):
     def save_csv(self) -> None:
         """Write the data of CSV recorders so far to the files of this run."""
         try:
-            self._runner.call(lambda run: run.write_csv(self._records))
+            self._runner.call(lambda run: run.write_csv(self._records, overwrite=True))
         except LifecycleError:  # all is written when a simulation ends
             self._runner.wait()
 
