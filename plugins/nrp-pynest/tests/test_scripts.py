@@ -186,6 +186,25 @@ def test_a_script_that_imports_nest_builds_the_brain_of_an_experiment(tmp_path: 
     assert len(set(voltages.tolist())) == 3
 
 
+def test_currents_of_a_brain_begin_after_the_delay_of_their_synapse(tmp_path: Path, golden: Golden) -> None:
+    path = tmp_path / "brain.py"
+    text = (
+        "import nest\n"
+        "cells = nest.Create('iaf_psc_exp', 2)\n"
+        "source = nest.Create('{}', params={{'start': 2.0, 'stop': 5.0}})\n"
+        "source.set({})\n"
+        "nest.Connect(source, cells, syn_spec={{'weight': 2.0, 'delay': 1.5}})\n"
+    )
+    path.write_text(text.format("dc_generator", "amplitude=100.0"))
+    (current,) = load_network(path).currents
+    assert current.neurons.tolist() == [0, 1]
+    assert current.times_ms == pytest.approx([3.5, 6.5])
+    assert current.amplitudes_na == pytest.approx([0.2, 0.0])
+    path.write_text(text.format("noise_generator", "std=100.0"))
+    with golden.raises(NetworkError, match="noise_generator"):
+        load_network(path)
+
+
 def test_the_command_takes_a_backend_and_options(tmp_path: Path) -> None:
     path = tmp_path / "script.py"
     path.write_text(

@@ -11,7 +11,7 @@ import numpy as np
 from nrp_core.brain import BoolArray, FloatArray, IntArray
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_pynest.parameters import Parameter, Places
-from nrp_pynest.spatial import Layer, Mask, inside, mask_of
+from nrp_pynest.spatial import Layer, Mask, inside_layer, mask_of
 
 _PART = 1_000_000
 """Pairs that are considered at a time."""
@@ -171,7 +171,7 @@ def _within(mask: Mask | None, ends: Ends, i: IntArray, j: IntArray, *, from_tar
     if ends.pre is None or ends.post is None or ends.layer is None:
         raise NetworkError("nest.Connect: a mask needs nodes with positions on both sides")
     start, end = (ends.post[j], ends.pre[i]) if from_target else (ends.pre[i], ends.post[j])
-    return inside(mask, ends.layer.displacement(start, end))
+    return inside_layer(mask, ends.layer, start, end)
 
 
 def _total(rule: Rule, ends: Ends, random: np.random.RandomState) -> Pairs:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from types import ModuleType
 from typing import Any, ClassVar
 
 from nrp_core.brain import Network
 from nrp_pynest.api import nest_module
+from nrp_pynest.currents import injected
 from nrp_pynest.kernel import Kernel
-from nrp_pynest.network import network_of
+from nrp_pynest.network import Conversion
 
 
 class Dialect:
@@ -52,4 +54,5 @@ class Dialect:
         """Return the network that calls of NEST built; None if there were none."""
         if self._kernel is None or not self._kernel.groups:
             return None
-        return network_of(self._kernel, variables)
+        made = Conversion(self._kernel)
+        return replace(made.network, views=made.views(variables), currents=tuple(injected(made)))

@@ -244,7 +244,7 @@ class Kernel:
             "resolution": 0.1, "time": 0.0, "local_num_threads": 1, "total_num_virtual_procs": 1,
             "min_delay": 0.1, "max_delay": 20.0, "rng_seeds": (1,), "grng_seed": 1, "rng_seed": 143202461,
             "num_processes": 1, "print_time": False, "overwrite_files": False, "data_path": "",
-            "data_prefix": "",
+            "data_prefix": "", **dict.fromkeys(_TIMES, 0.0),
         }  # fmt: skip
         self.groups: list[Group] = []
         self.blocks: list[Block] = []
@@ -497,4 +497,9 @@ def _spread(value: Any, places: Places, name: str) -> Sequence[Any]:
 _OF_SYNAPSES = frozenset(
     {"weight", "delay", "receptor_type", "x", "y", "u", "Kplus", "tau_psc", "synapse_label"}
 )
+_TIMES = (
+    "time_construction_create", "time_construction_connect", "time_simulate", "time_communicate_prepare",
+    "time_collocate_spike_data", "time_deliver_spike_data", "time_gather_spike_data", "time_update",
+)  # fmt: skip
+"""Times of the computer that NEST measures; here they are 0."""
 _OF_DEVICES = frozenset({"n_events", "time_in_steps", "individual_spike_trains"})

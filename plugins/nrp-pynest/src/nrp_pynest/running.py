@@ -230,7 +230,7 @@ class RunningKernel(Kernel):
         return values
 
     def _recorded_states(self, node: int) -> dict[str, Any]:
-        """Return the samples of a multimeter so far, in the order of their times."""
+        """Return the samples of a multimeter so far, in NEST's order: by slice of time, neuron, and time."""
         interval_ms, states = self.samples_of(node)
         ids = np.array(sorted(self._numbers()[0][one] for one in self.measured_by(node)), dtype=np.int64)
         nodes = {cell: one for one, cell in self._numbers()[0].items()}
@@ -241,13 +241,21 @@ class RunningKernel(Kernel):
             columns["times"] = np.repeat(times_ms[kept], len(ids))
             columns["senders"] = np.tile([nodes[cell] for cell in ids.tolist()], int(kept.sum()))
             columns[name] = values[kept].ravel() / factor
+        if columns:
+            slices = (nanoseconds(columns["times"]) - 1) // self._slice_ns()
+            order = np.lexsort((columns["times"], columns["senders"], slices))
+            columns = {name: column[order] for name, column in columns.items()}
         return {"n_events": len(columns["times"]), "events": columns} if columns else {}
 
     def _told_ns(self) -> int:
         """Return the time to which NEST tells samples: it collects them at multiples of the least delay."""
-        delays = [float(block.values["delay"].min()) for block in self.blocks if len(block.pre)]
-        every_ns, now_ns = (int(nanoseconds(t)) for t in (min(delays, default=1.0), self._built.now_ms))
+        every_ns, now_ns = self._slice_ns(), int(nanoseconds(self._built.now_ms))
         return max(now_ns - 1, 0) // every_ns * every_ns
+
+    def _slice_ns(self) -> int:
+        """Return the least delay of all synapses."""
+        delays = [float(block.values["delay"].min()) for block in self.blocks if len(block.pre)]
+        return int(nanoseconds(min(delays, default=1.0)))
 
     def measured(self, made: Conversion) -> Iterator[tuple[str, IntArray, float]]:
         """Yield what the multimeters record: state variables, each with cells and the interval, ms."""

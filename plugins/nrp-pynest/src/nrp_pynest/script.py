@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Mapping, Sequence
-from math import inf
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -12,17 +11,17 @@ from typing import Any
 import numpy as np
 
 import nrp_core.pynn
-from nrp_core.brain import ACSource, DCSource, IntArray, NoisyCurrentSource, SourceSpec
+from nrp_core.brain import IntArray
 from nrp_core.brain.backends import brains
 from nrp_core.clock import from_milliseconds, milliseconds
 from nrp_core.errors import NetworkError, NrpError
 from nrp_core.network.files.script import scope_of
 from nrp_pynest.api import nest_module
 from nrp_pynest.built import BuiltBrain
+from nrp_pynest.currents import driven
 from nrp_pynest.dialect import Dialect
 from nrp_pynest.kernel import random_of
-from nrp_pynest.models import CURRENTS, FOREVER_MS, RECORDERS, SPIKE_RECORDERS, STATES
-from nrp_pynest.network import Conversion, Link
+from nrp_pynest.models import CURRENTS, RECORDERS, SPIKE_RECORDERS, STATES
 from nrp_pynest.running import RunningKernel
 
 DEFAULT_BACKEND = "event"
@@ -187,53 +186,6 @@ class ScriptKernel(RunningKernel):
             found = self._ports.setdefault(node, [])
             for k, (spec, cells) in enumerate(driven(self._converted(), node)):
                 found.append(brain.add_source(spec, cells, name=f"nest/current/{node}/{k}"))
-
-
-def driven(made: Conversion, node: int) -> Iterable[tuple[SourceSpec, IntArray]]:
-    """Yield the currents that a generator sends, each with its cells (global ids).
-
-    A current arrives after the delay of its synapse.
-    """
-    for link in made.current_links:
-        chosen = np.flatnonzero(link.pre + link.source.first == node)
-        kinds = {(float(link.values["weight"][k]), float(link.values["delay"][k])) for k in chosen}
-        for weight, delay_ms in sorted(kinds):
-            same = [
-                k
-                for k in chosen
-                if link.values["weight"][k] == weight and link.values["delay"][k] == delay_ms
-            ]
-            cells = np.array([made.ids[link.target.first + int(link.post[k])] for k in same])
-            for spec in _specs(link, node - link.source.first, weight * 1e-3, delay_ms):
-                yield spec, cells
-
-
-def _specs(link: Link, place: int, scale: float, delay_ms: float) -> Iterable[SourceSpec]:
-    group = link.source
-    own = {
-        name: group.values[name][place] if name in group.values else value
-        for name, value in group.defaults.items()
-    }
-    shift_ms = float(own["origin"]) + delay_ms
-    start = float(own["start"]) + shift_ms
-    stop = inf if own["stop"] >= FOREVER_MS else float(own["stop"]) + shift_ms
-    if "amplitude_times" in own:
-        times = np.append(np.asarray(own["amplitude_times"], float) + delay_ms, inf)
-        for first, last, amplitude in zip(
-            times, times[1:], np.atleast_1d(own["amplitude_values"]), strict=False
-        ):
-            if max(first, start) < min(last, stop):
-                yield DCSource(max(first, start), min(last, stop), amplitude * scale)
-    elif "std" in own:
-        yield NoisyCurrentSource(start, stop, float(own["dt"]), own["mean"] * scale, own["std"] * abs(scale))
-    elif "frequency" in own:
-        # NEST counts the phase from the origin, and a port from the start of the current
-        turned = own["phase"] + 360.0 * own["frequency"] * 1e-3 * (start - shift_ms if stop > start else 0.0)
-        yield ACSource(
-            start, stop, 0.1, own["amplitude"] * scale, own["offset"] * scale, own["frequency"], turned
-        )
-    else:
-        yield DCSource(start, stop, own["amplitude"] * scale)
 
 
 def write_events(path: Path, events: Mapping[str, Any]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from types import ModuleType
 from typing import Any
 
@@ -198,14 +199,24 @@ def inside(mask: Mask, displacement: FloatArray) -> BoolArray:
     return np.asarray(_SHAPES[mask.kind](way, mask.settings), bool)
 
 
+def inside_layer(mask: Mask, layer: Layer, start: FloatArray, end: FloatArray) -> BoolArray:
+    """Return which positions lie in a mask around others; a layer that wraps continues beyond its edges."""
+    way = layer.displacement(start, end)
+    copies = product((-1.0, 0.0, 1.0) if layer.wrap else (0.0,), repeat=way.shape[1])
+    found: BoolArray = np.logical_or.reduce(
+        [inside(mask, way + np.array(copy) * layer.extent) for copy in copies]
+    )
+    return found
+
+
 def _ball(way: FloatArray, settings: Mapping[str, Any]) -> Any:
     return (way**2).sum(axis=1) <= float(settings["radius"]) ** 2 + _ROUNDING
 
 
 def _ring(way: FloatArray, settings: Mapping[str, Any]) -> Any:
     squares = (way**2).sum(axis=1)
-    inner = float(settings["inner_radius"]) ** 2 - _ROUNDING
-    return (squares >= inner) & (squares <= float(settings["outer_radius"]) ** 2 + _ROUNDING)
+    inner = float(settings["inner_radius"]) ** 2 + _ROUNDING  # its border belongs to the hole
+    return (squares > inner) & (squares <= float(settings["outer_radius"]) ** 2 + _ROUNDING)
 
 
 def _box(way: FloatArray, settings: Mapping[str, Any]) -> Any:
