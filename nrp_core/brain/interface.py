@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from math import isfinite, prod
 from typing import Any, ClassVar, final
 
@@ -46,7 +47,7 @@ from nrp_core.network.changes import (
     Synapses,
 )
 from nrp_core.network.currents import Injections
-from nrp_core.network.data import Network, Population, Projection
+from nrp_core.network.data import LISTED, Network, Population, Projection
 from nrp_core.network.grid import Grid, nearest_ns
 from nrp_core.seeds import Seeds
 from nrp_core.simulation import Simulation, guarded
@@ -247,6 +248,24 @@ class Brain(Overview, Simulation):
         self._require_change(WEIGHTS)
         with guarded(self, "read weights"):
             return self._do_read_weights(chosen)
+
+    @final
+    def learned_network(self) -> Network:
+        """Return the network with its present weights in place of the initial ones.
+
+        Raises:
+            CapabilityError: synapses form and vanish in it, or the backend cannot read weights.
+        """
+        for one in self.network.projections:
+            if one.rewiring is not None:
+                raise refusal(self, f"cannot keep the synapses of '{one.label}', which form and vanish")
+        projections = []
+        for one in self.network.projections:
+            may_change = one.is_plastic or (WEIGHTS in self.capabilities.changes and not one.is_continuous)
+            weights = self.read_weights(one.label) if may_change else one.weight
+            same = np.array_equal(weights, one.weight)
+            projections.append(one if same else replace(one, weight=weights, origin=LISTED))
+        return replace(self.network, projections=tuple(projections))
 
     @final
     def read_synapses(self, projection: str) -> Synapses:

@@ -23,6 +23,7 @@ from nrp_core.experiment.running.result import Result
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Weight
 from nrp_core.findings.problems import is_warning
+from nrp_core.network.files.network_file import check_network_file, save_network
 from nrp_core.quantities import time_ns
 from nrp_core.recording.layout import Images, check_folder
 from nrp_core.running import open_checked_run
@@ -52,6 +53,7 @@ class RunRequest:
         allow_incomplete: whether an incomplete run may succeed.
         verbose: whether to print every problem, not only their number.
         ignore: codes of findings that are not reported.
+        save_brain: a network file to store the brain in, with its weights at the end.
     """
 
     experiment: str
@@ -66,6 +68,7 @@ class RunRequest:
     allow_incomplete: bool = False
     verbose: bool = False
     ignore: tuple[str, ...] = ()
+    save_brain: Path | None = None
 
 
 class Session:
@@ -113,6 +116,9 @@ class Session:
         if request.record is not None:
             with usage_errors("--record"):
                 check_folder(request.record, overwrite=request.overwrite)
+        if request.save_brain is not None:
+            with usage_errors("--save-brain"):
+                check_network_file(request.save_brain, overwrite=request.overwrite)
 
     def _recording_folder(self, stack: ExitStack) -> Path | None:
         """Return the folder to record into; a figure alone needs a temporary recording."""
@@ -165,6 +171,7 @@ class Session:
             with intercept_os_exit():
                 self._step(simulation, until_s, folder, files)
             self._write_csv(simulation)
+            self._save_brain(simulation)
             return simulation.result()
 
     def _step(
@@ -211,6 +218,14 @@ class Session:
             simulation.write_csv(overwrite=self._request.overwrite)
         except NrpError as error:
             self._error = self._error or error
+
+    def _save_brain(self, simulation: Run) -> None:
+        file = self._request.save_brain
+        try:
+            if file is not None and self._error is None:
+                save_network(simulation.brain.learned_network(), file, overwrite=self._request.overwrite)
+        except NrpError as error:
+            self._error = error
 
     def _run_guarded(self, simulation: Run, until_s: float | None) -> None:
         if self._control is not None:

@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from golden import Golden
+from typer import BadParameter
 
 from nrp_core.checks.validate import validate_file
+from nrp_core.cli.session import RunRequest, Session
 from nrp_core.errors import TransferFunctionRaisedError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
@@ -230,3 +232,21 @@ def test_the_state_and_the_parameters_of_equations(
     with FilesRead() as files, Replay(Recording(folder), request, files=files) as again:
         assert "'learned'" in str(again.verify().error)
         golden(str(again.verify().error))
+
+
+def test_a_saved_brain_begins_another_run_with_the_learned_weights(
+    experiment: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    saved = experiment.with_name("trained.nrpnet")
+    request = RunRequest(str(experiment), (), until="1 s", save_brain=saved)
+    assert Session(request).run(as_json=True) == 0
+    capsys.readouterr()
+    with Run(load_experiment(experiment)) as run:
+        run.run(1.0)
+        learned = {label: run.brain.read_weights(label) for label in ("learned", "set")}
+        first = {one.label: one.weight for one in run.brain.network.projections}
+    with Run(load_experiment(experiment, [f"brain.model={saved}"])) as again:
+        for label, weights in learned.items():
+            assert again.brain.read_weights(label).tolist() == weights.tolist() != first[label].tolist()
+    with pytest.raises(BadParameter, match="already"):
+        Session(request).run(as_json=True)

@@ -82,6 +82,14 @@ def run(
             help="Succeed even if parts of the experiment were left out or functions were stopped.",
         ),
     ] = False,
+    save_brain: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.nrpnet",
+            envvar="NRP_SAVE_BRAIN",
+            help="Save the brain as a network file, with the weights that it has learned.",
+        ),
+    ] = None,
     ignore: Ignore = None,
     verbose: Verbose = False,
     overwrite: Overwrite = False,
@@ -111,6 +119,7 @@ def run(
         allow_incomplete,
         verbose,
         tuple(ignored_codes(ignore)),
+        save_brain,
     )
     try:
         code = Session(request).run(as_json=json)

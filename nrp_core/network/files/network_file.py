@@ -82,12 +82,7 @@ def save_network(network: Network, path: Path | str, *, overwrite: bool = False)
         NetworkError: the file exists already, or cannot be written.
     """
     path = path_of(path, NetworkError)
-    check_free(path, overwrite=overwrite, error=NetworkError)
-    if path.suffix in _OTHERS:
-        raise NetworkError(
-            f"'{path.suffix}' is the suffix of {_OTHERS[path.suffix]}; that of networks is '.nrpnet'",
-            path=path,
-        )
+    check_network_file(path, overwrite=overwrite)
     from nrp_core._support.hdf5 import new_file
 
     try:
@@ -95,6 +90,23 @@ def save_network(network: Network, path: Path | str, *, overwrite: bool = False)
             _write(file, network)
     except OSError as error:
         raise NetworkError(f"the network cannot be written: {error.strerror or error}", path=path) from error
+
+
+def check_network_file(path: Path, *, overwrite: bool = False) -> None:
+    """Refuse a file to which a network cannot be written.
+
+    Raises:
+        NetworkError: its folder does not exist, it exists and is not to be replaced, or it has the suffix of
+            something else.
+    """
+    if not path.absolute().parent.is_dir():
+        raise NetworkError("the folder does not exist", path=path.parent)
+    check_free(path, overwrite=overwrite, error=NetworkError)
+    if path.suffix in _OTHERS:
+        raise NetworkError(
+            f"'{path.suffix}' is the suffix of {_OTHERS[path.suffix]}; that of networks is '.nrpnet'",
+            path=path,
+        )
 
 
 @checks_arguments()
