@@ -123,7 +123,7 @@ def test_an_earlier_time_shows_the_image_of_that_time(opened: Cockpit, visitor: 
     for t_s in (0.3, 0.28, 0.2):
         images.clear()
         visitor.call("seek", t_s=t_s)
-        visitor.until(lambda: images)
+        visitor.until(lambda t_s=t_s: images and t_s - 0.1 < images[-1].t_ns / 1e9 <= t_s)
         visitor.listen(0.1)
         shown = images[-1]
         assert t_s - 0.1 < shown.t_ns / 1e9 <= t_s
