@@ -24,7 +24,7 @@ ONE = python_engine("one", "engine")
         ({"DataPackProcessor": "cg", "ComputationalGraph": ["none.py"]}, Code.NRP204, 5),
         ({"EngineConfigs": [{**ONE, "EngineType": "edlut_grpc_engine"}]}, Code.NRP216, 5),
         ({"EngineConfigs": [{**ONE, "EngineType": "python_jsn"}]}, Code.NRP216, 5),
-        ({"EngineConfigs": [{**ONE, "Simulator": "Opensim"}]}, Code.NRP216, 8),
+        ({"EngineConfigs": [{**ONE, "Simulator": "Webots"}]}, Code.NRP216, 8),
         ({"EngineConfigs": [ONE, ONE]}, Code.NRP202, 11),
         ({"EngineConfigs": [{**ONE, "PythonFileName": "other.py"}]}, Code.NRP204, 7),
         ({"EngineConfigs": [{**ONE, "EngineTimestep": -1}]}, Code.NRP202, 8),

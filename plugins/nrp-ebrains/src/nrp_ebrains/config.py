@@ -33,7 +33,7 @@ _FILES: Final = {
     **dict.fromkeys(PYTHON, "PythonFileName"), **dict.fromkeys(GAZEBO, "GazeboWorldFile"),
     **dict.fromkeys(NEST, "NestInitFileName"),
 }  # fmt: skip
-_SIMULATORS: Final = ("Mujoco", "Bullet", "OpenAI")
+_SIMULATORS: Final = ("Mujoco", "Bullet", "OpenAI", "Opensim")
 
 
 class _Form(BaseModel):

@@ -1,13 +1,15 @@
-"""The simulators that a script of a ``py_sim`` engine drives itself: MuJoCo, Bullet, and Gymnasium."""
+"""The simulators that scripts of ``py_sim`` engines drive: MuJoCo, Bullet, OpenSim and Gymnasium."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
-from nrp_core.clock import NS_PER_S, from_seconds
+import numpy as np
+
+from nrp_core.clock import NS_PER_S, from_seconds, seconds
 from nrp_core.errors import ExperimentError, did_you_mean
 
 
@@ -19,15 +21,15 @@ class Simulator(ABC):
         """Apply an action and advance by a time."""
 
     @abstractmethod
-    def get_model_properties(self, kind: str) -> Any:
+    def get_model_properties(self, datapack_type: str) -> Any:
         """Return the names of the objects of a kind."""
 
     @abstractmethod
-    def get_model_property(self, name: Any, kind: str) -> Any:
+    def get_model_property(self, datapack_name: Any, datapack_type: str) -> Any:
         """Return a property of one object."""
 
     @abstractmethod
-    def get_model_all_properties(self, kind: str) -> Any:
+    def get_model_all_properties(self, datapack_type: str) -> Any:
         """Return a property of all objects of a kind."""
 
     @abstractmethod
@@ -76,18 +78,17 @@ class MujocoSimulator(Simulator):
         self._data.ctrl[:] = action
         self._mujoco.mj_step(self._model, self._data, timestep_ns // self._step_ns)
 
-    def get_model_properties(self, kind: str) -> tuple[str, ...]:
-        type_, n = self._kind(kind)
+    def get_model_properties(self, datapack_type: str) -> tuple[str, ...]:
+        type_, n = self._kind(datapack_type)
         return tuple(self._mujoco.mj_id2name(self._model, type_, i) or "" for i in range(n))
 
-    def get_model_property(self, name: Any, kind: str) -> Any:
-        thing, _, quantity = kind.partition("_")
+    def get_model_property(self, datapack_name: Any, datapack_type: str) -> Any:
+        thing, _, quantity = datapack_type.partition("_")
         type_, _ = self._kind(thing)
-        number = self._mujoco.mj_name2id(self._model, type_, str(name))
+        number = self._mujoco.mj_name2id(self._model, type_, str(datapack_name))
         if number < 0:
-            raise ExperimentError(
-                f"there is no {thing} '{name}'{did_you_mean(name, self.get_model_properties(thing))}"
-            )
+            hint = did_you_mean(datapack_name, self.get_model_properties(thing))
+            raise ExperimentError(f"there is no {thing} '{datapack_name}'{hint}")
         if thing == "joint":
             return self._of_joint(number, quantity)
         view = getattr(self._data, thing)(number)
@@ -101,10 +102,10 @@ class MujocoSimulator(Simulator):
         values = getattr(self._data.joint(number), quantity)
         return float(values[0]) if values.size == 1 else values.copy()
 
-    def get_model_all_properties(self, kind: str) -> Any:
-        values = getattr(self._data, kind, None)
+    def get_model_all_properties(self, datapack_type: str) -> Any:
+        values = getattr(self._data, datapack_type, None)
         if values is None:
-            raise ExperimentError(f"MuJoCo has no data '{kind}'")
+            raise ExperimentError(f"MuJoCo has no data '{datapack_type}'")
         return values.copy()
 
     def _kind(self, kind: str) -> tuple[Any, int]:
@@ -179,19 +180,21 @@ class BulletSimulator(Simulator):
     def _frame(self, name: str | int) -> int:
         return name if isinstance(name, int) else int(getattr(self._constants, name))
 
-    def get_model_properties(self, kind: str) -> dict[str, int]:
-        if kind not in self._names:
-            raise ExperimentError(f"there is no kind '{kind}'{did_you_mean(kind, self._names)}")
-        return self._names[kind]
+    def get_model_properties(self, datapack_type: str) -> dict[str, int]:
+        if datapack_type not in self._names:
+            hint = did_you_mean(datapack_type, self._names)
+            raise ExperimentError(f"there is no kind '{datapack_type}'{hint}")
+        return self._names[datapack_type]
 
-    def get_model_property(self, name: Any, kind: str) -> Any:
-        numbers = self.get_model_properties(kind)
-        if name not in numbers:
-            raise ExperimentError(f"there is no {kind} '{name}'{did_you_mean(name, numbers)}")
-        return self._read(kind, numbers[name])
+    def get_model_property(self, datapack_name: Any, datapack_type: str) -> Any:
+        numbers = self.get_model_properties(datapack_type)
+        if datapack_name not in numbers:
+            hint = did_you_mean(datapack_name, numbers)
+            raise ExperimentError(f"there is no {datapack_type} '{datapack_name}'{hint}")
+        return self._read(datapack_type, numbers[datapack_name])
 
-    def get_model_all_properties(self, kind: str) -> list[Any]:
-        return [self._read(kind, i) for i in self.get_model_properties(kind).values()]
+    def get_model_all_properties(self, datapack_type: str) -> list[Any]:
+        return [self._read(datapack_type, i) for i in self.get_model_properties(datapack_type).values()]
 
     def _read(self, kind: str, i: int) -> Any:
         if kind == "Joint":
@@ -240,19 +243,20 @@ class GymnasiumSimulator(Simulator):
             self._values["observation"], _ = self._environment.reset()
         return done
 
-    def get_model_properties(self, kind: str) -> list[str]:
-        self._require(kind)
+    def get_model_properties(self, datapack_type: str) -> list[str]:
+        self._require(datapack_type)
         return list(self._PROPERTIES)
 
-    def get_model_property(self, name: Any, kind: str) -> Any:
-        self._require(kind)
-        if name not in self._values:
-            raise ExperimentError(f"there is no property '{name}'{did_you_mean(name, self._PROPERTIES)}")
-        value = self._values[name]
+    def get_model_property(self, datapack_name: Any, datapack_type: str) -> Any:
+        self._require(datapack_type)
+        if datapack_name not in self._values:
+            hint = did_you_mean(datapack_name, self._PROPERTIES)
+            raise ExperimentError(f"there is no property '{datapack_name}'{hint}")
+        value = self._values[datapack_name]
         return value.tolist() if hasattr(value, "tolist") else value
 
-    def get_model_all_properties(self, kind: str) -> dict[str, Any]:
-        self._require(kind)
+    def get_model_all_properties(self, datapack_type: str) -> dict[str, Any]:
+        self._require(datapack_type)
         return dict(self._values)
 
     def _require(self, kind: str) -> None:
@@ -270,6 +274,70 @@ class GymnasiumSimulator(Simulator):
         self._environment.close()
 
 
+class OpensimSimulator(Simulator):
+    """A model of OpenSim; an action excites its muscles, with a number for each in the order of the file.
+
+    Fibres and tendons are in balance at the start, which NRP-core 4 leaves to the first step. A ``Joint`` has
+    the value of its coordinate, if it has one, and a ``Force`` that is a muscle the force of its tendon, N.
+    """
+
+    _ACCURACY: ClassVar = 5e-5
+
+    def __init__(self, world: Path, step_s: float) -> None:
+        try:
+            from nrp_world_opensim.backend import OpensimOptions
+            from nrp_world_opensim.simulation import Simulation
+        except ModuleNotFoundError:
+            raise ExperimentError(
+                "an engine with the simulator Opensim needs OpenSim: pip install nrp-world-opensim"
+            ) from None
+        self._simulation = Simulation(world, OpensimOptions(accuracy=self._ACCURACY))
+        self._kinds: dict[str, Mapping[str, Any]] = {
+            "Joint": self._simulation.joints(),
+            "Force": self._simulation.muscles,
+        }
+
+    def run_step(self, action: Any, timestep_ns: int) -> None:
+        muscles = self._kinds["Force"]
+        if len(action) != len(muscles):
+            raise ExperimentError(
+                f"the model has {len(muscles)} muscles, but the action has {len(action)} values"
+            )
+        self._simulation.set_controls(list(muscles), np.asarray(action, float))
+        self._simulation.step(timestep_ns)
+
+    def get_model_properties(self, datapack_type: str) -> list[str]:
+        if datapack_type not in self._kinds:
+            hint = did_you_mean(datapack_type, self._kinds)
+            raise ExperimentError(f"there is no kind '{datapack_type}'{hint}")
+        return list(self._kinds[datapack_type])
+
+    def get_model_property(self, datapack_name: Any, datapack_type: str) -> float:
+        names = self.get_model_properties(datapack_type)
+        if datapack_name not in names:
+            hint = did_you_mean(datapack_name, names)
+            raise ExperimentError(f"there is no {datapack_type} '{datapack_name}'{hint}")
+        if datapack_type == "Force":
+            return float(self._simulation.muscle_states([datapack_name])[2, 0])
+        states = self._simulation.joint_states()
+        owned = self._kinds["Joint"][datapack_name]
+        if len(owned) != 1:
+            raise ExperimentError(
+                f"the joint '{datapack_name}' has {len(owned)} coordinates, so no one value"
+            )
+        return float(states.positions[states.names.index(owned[0])])
+
+    def get_model_all_properties(self, datapack_type: str) -> list[float]:
+        names = self.get_model_properties(datapack_type)
+        return [self.get_model_property(name, datapack_type) for name in names]
+
+    def get_sim_time(self) -> float:
+        return seconds(self._simulation.time_ns)
+
+    def reset(self) -> None:
+        self._simulation.reset()
+
+
 def open_simulator(config: Mapping[str, Any], folder: Path) -> Simulator:
     """Open the simulator that an engine names; its windows are not shown.
 
@@ -284,10 +352,12 @@ def open_simulator(config: Mapping[str, Any], folder: Path) -> Simulator:
     step_s = float(config.get("EngineTimestep", 0.01))
     if kind == "OpenAI":
         return GymnasiumSimulator(world)
-    kinds = {"Mujoco": MujocoSimulator, "Bullet": BulletSimulator}
+    kinds: dict[str, Callable[[Path, float], Simulator]] = {
+        "Mujoco": MujocoSimulator, "Bullet": BulletSimulator, "Opensim": OpensimSimulator,
+    }  # fmt: skip
     if kind not in kinds:
         raise ExperimentError(
-            f"the simulator '{kind}' of py_sim is not supported; valid: Bullet, Mujoco, OpenAI"
+            f"the simulator '{kind}' of py_sim is not supported; valid: Bullet, Mujoco, OpenAI, Opensim"
         )
     path = folder / world
     if not path.is_file():

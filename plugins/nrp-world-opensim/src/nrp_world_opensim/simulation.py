@@ -147,6 +147,13 @@ class Simulation:
         self.model.realizeVelocity(self.state)
         return self.state
 
+    def joints(self) -> dict[str, list[str]]:
+        """Return the joints by name, with the names of their coordinates."""
+        return {
+            joint.getName(): [joint.get_coordinates(n).getName() for n in range(joint.numCoordinates())]
+            for joint in elements(self.model.getJointSet())
+        }
+
     def joint_states(self) -> JointStates:
         """Return the states of coordinates; the efforts are those that commands exert."""
         state, coordinates = self.at_velocity(), self.coordinates.values()
