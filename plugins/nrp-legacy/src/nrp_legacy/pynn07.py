@@ -10,10 +10,10 @@ import numpy as np
 from nrp_pynest.kernel import Kernel
 from nrp_pynest.models import valid_recovery_ms
 from nrp_pynest.native import native_cell, native_synapse, synapse_model_of
+from nrp_spynnaker import pynn07
+from nrp_spynnaker.pynn07 import by_name
 
 from nrp_core.brain import FloatArray
-from nrp_core.network.pynn import pynn07_compat
-from nrp_core.network.pynn.pynn07_compat import by_name
 
 _RECORDED = {"record_v": "v", "record_gsyn": ["gsyn_exc", "gsyn_inh"]}
 _NOTHING_YET = {"getSpikes": 2, "get_v": 3, "get_gsyn": 4}
@@ -108,18 +108,18 @@ def add_spellings(sim: ModuleType, kernel: Kernel) -> None:
         add_methods_to_cells(names[kind])
     accept_positional_label(names["Population"])
     names.update(
-        SynapseDynamics=pynn07_compat.SynapseDynamics,
-        TsodyksMarkramMechanism=pynn07_compat.TsodyksMarkramMechanism,
+        SynapseDynamics=pynn07.SynapseDynamics,
+        TsodyksMarkramMechanism=pynn07.TsodyksMarkramMechanism,
         Projection=_projection(sim, with_methods_for_weights(names["Projection"])),
         TsodyksMarkramSynapse=_recovering(names["TsodyksMarkramSynapse"]),
         native_cell_type=lambda name: native_cell(sim, name, kernel),
         native_synapse_type=lambda name: native_synapse(sim, name, kernel),
-        STDPMechanism=pynn07_compat.mechanism(names["STDPMechanism"]),
-        AdditiveWeightDependence=pynn07_compat.dependence(names["AdditiveWeightDependence"]),
-        MultiplicativeWeightDependence=pynn07_compat.dependence(names["MultiplicativeWeightDependence"]),
-        RandomDistribution=pynn07_compat.distribution(names["RandomDistribution"]),
+        STDPMechanism=pynn07.mechanism(names["STDPMechanism"]),
+        AdditiveWeightDependence=pynn07.dependence(names["AdditiveWeightDependence"]),
+        MultiplicativeWeightDependence=pynn07.dependence(names["MultiplicativeWeightDependence"]),
+        RandomDistribution=pynn07.distribution(names["RandomDistribution"]),
         initialize=lambda cells, *old, **values: cells.initialize(*old, **values),
-        **{name: pynn07_compat.connector(names[name]) for name in pynn07_compat.CONNECTORS},
+        **{name: pynn07.connector(names[name]) for name in pynn07.CONNECTORS},
     )
     vars(names["random"])["RandomDistribution"] = names["RandomDistribution"]
 
@@ -134,7 +134,7 @@ def _recovering(today: type) -> type:
 
 
 def _projection(sim: ModuleType, today: type) -> type:
-    class Projection(pynn07_compat.projection(today, vars(sim))):  # type: ignore[misc]
+    class Projection(pynn07.projection(today, vars(sim))):  # type: ignore[misc]
         def __init__(
             self, presynaptic_population: Any, postsynaptic_population: Any, connector: Any = None,
             *values: Any, method: Any = None, **more: Any,

@@ -17,12 +17,12 @@ from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 from nrp_core.network.pynn import populations, projections
 from nrp_core.network.pynn.arguments import InvalidValueError, require_kind
 from nrp_core.network.pynn.populations import SPIKE_TIMES
-from nrp_core.network.pynn.pynn07_compat import by_name
 from nrp_spynnaker.dialect import neo_convertor
 from nrp_spynnaker.dialect.cells import ascending
 from nrp_spynnaker.dialect.connectors import ConvolutionConnector
 from nrp_spynnaker.dialect.spynnaker7 import SPIKES, Pynn07Cells
 from nrp_spynnaker.dialect.unsupported import POPULATIONS, refuse_attribute
+from nrp_spynnaker.pynn07 import by_name
 
 SUMMED: Final = "max_expected_summed_weight"
 _SUMMED_WEIGHTS: Final = ("max_summed_weight_exc", "max_summed_weight_inh")

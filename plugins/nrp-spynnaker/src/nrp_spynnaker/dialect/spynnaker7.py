@@ -12,9 +12,9 @@ import numpy as np
 
 from nrp_core.brain import FloatArray
 from nrp_core.errors import NetworkError
-from nrp_core.network.pynn import pynn07_compat
 from nrp_core.network.pynn.populations import WRITTEN
 from nrp_core.network.pynn.simulator import State
+from nrp_spynnaker import pynn07
 from nrp_spynnaker.dialect import neo_convertor
 from nrp_spynnaker.dialect.plasticity import nearest_pair_rule
 
@@ -33,20 +33,20 @@ def pynn07_names(own: Mapping[str, Any], state: State) -> dict[str, Any]:
         own: sPyNNaker's names.
         state: the simulator's state, which remembers whether a script uses such words.
     """
-    types = {**own, "STDPMechanism": pynn07_compat.mechanism(own["STDPMechanism"])}
+    types = {**own, "STDPMechanism": pynn07.mechanism(own["STDPMechanism"])}
     return {
-        **{name: pynn07_compat.connector(own[name]) for name in (*pynn07_compat.CONNECTORS, *_LISTS)},
-        **{name: pynn07_compat.dependence(own[name]) for name in _DEPENDENCES},
+        **{name: pynn07.connector(own[name]) for name in (*pynn07.CONNECTORS, *_LISTS)},
+        **{name: pynn07.dependence(own[name]) for name in _DEPENDENCES},
         "STDPMechanism": types["STDPMechanism"],
         "SpikePairRule": _pair_rule(own["SpikePairRule"]),
-        "Projection": pynn07_compat.projection(
+        "Projection": pynn07.projection(
             own["Projection"], types, lambda: setattr(state, "uses_pynn07", True)
         ),
-        "SynapseDynamics": pynn07_compat.SynapseDynamics,
-        "RandomDistribution": pynn07_compat.distribution(own["RandomDistribution"]),
+        "SynapseDynamics": pynn07.SynapseDynamics,
+        "RandomDistribution": pynn07.distribution(own["RandomDistribution"]),
         "NumpyRNG": _generator(own["NumpyRNG"]),
-        "set": pynn07_compat.by_name(lambda cells, **values: cells.set(**values)),
-        "initialize": pynn07_compat.by_name(lambda cells, **values: cells.initialize(**values)),
+        "set": pynn07.by_name(lambda cells, **values: cells.set(**values)),
+        "initialize": pynn07.by_name(lambda cells, **values: cells.initialize(**values)),
         "record": _recording(own["record"], "record"),
         "record_v": _recording(own["record_v"], "record_v"),
         "record_gsyn": _recording(own["record_gsyn"], "record_gsyn"),
