@@ -39,8 +39,8 @@ FIRMNESS: Final = 2.0
 
 A body at rest sinks in by ``g (step / FIRMNESS)^2``, 10 um at 2 ms.
 """
-DISSIPATION: Final = 20.0
-"""Of Hunt and Crossley, s/m: a body that hits faster than 5 cm/s does not bounce."""
+DISSIPATION: Final = 200.0
+"""Of Hunt and Crossley, s/m: what hits faster than 5 mm/s does not bounce. With less, wheels chatter."""
 RIGID: Final = 1e12
 """Stiffness (N/m) at a point of what does not move."""
 SHARE: Final = 0.1
