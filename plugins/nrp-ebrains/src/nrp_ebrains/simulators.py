@@ -277,8 +277,8 @@ class GymnasiumSimulator(Simulator):
 class OpensimSimulator(Simulator):
     """A model of OpenSim; an action excites its muscles, with a number for each in the order of the file.
 
-    Fibres and tendons are in balance at the start, which NRP-core 4 leaves to the first step. A ``Joint`` has
-    the value of its coordinate, if it has one, and a ``Force`` that is a muscle the force of its tendon, N.
+    Fibres and tendons are in balance at the start, which NRP-core 4 leaves to the first step. A ``Joint`` is
+    a coordinate, by its name or that of a joint without others, and a ``Force`` the tendon of a muscle, N.
     """
 
     _ACCURACY: ClassVar = 5e-5
@@ -292,8 +292,10 @@ class OpensimSimulator(Simulator):
                 "an engine with the simulator Opensim needs OpenSim: pip install nrp-world-opensim"
             ) from None
         self._simulation = Simulation(world, OpensimOptions(accuracy=self._ACCURACY))
+        alone = {name: held[0] for name, held in self._simulation.joints().items() if len(held) == 1}
+        coordinates = {name: name for name in self._simulation.coordinates}
         self._kinds: dict[str, Mapping[str, Any]] = {
-            "Joint": self._simulation.joints(),
+            "Joint": {**alone, **coordinates},
             "Force": self._simulation.muscles,
         }
 
@@ -320,12 +322,7 @@ class OpensimSimulator(Simulator):
         if datapack_type == "Force":
             return float(self._simulation.muscle_states([datapack_name])[2, 0])
         states = self._simulation.joint_states()
-        owned = self._kinds["Joint"][datapack_name]
-        if len(owned) != 1:
-            raise ExperimentError(
-                f"the joint '{datapack_name}' has {len(owned)} coordinates, so no one value"
-            )
-        return float(states.positions[states.names.index(owned[0])])
+        return float(states.positions[states.names.index(self._kinds["Joint"][datapack_name])])
 
     def get_model_all_properties(self, datapack_type: str) -> list[float]:
         names = self.get_model_properties(datapack_type)
