@@ -9,6 +9,7 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.errors import CapabilityError
 from nrp_core.scene.consistency import WORLD
 from nrp_core.scene.model import Model, Scene
 from nrp_core.scene.rigid import Pose
@@ -37,12 +38,21 @@ def add_muscles(
 
     Returns:
         All actuators by model and name.
+
+    Raises:
+        CapabilityError: a muscle wraps around shapes and is not an element of MuJoCo.
     """
     found = dict(actuators)
     for model in scene.models:
         for muscle in muscles_of(model):
-            if (model.name, muscle.name) not in found and not muscle.wraps:
-                found[model.name, muscle.name] = _add(model, muscle, links[model.name], spec)
+            if (model.name, muscle.name) in found:
+                continue
+            if muscle.wraps:
+                raise CapabilityError(
+                    f"MuJoCo cannot simulate the muscle '{muscle.name}' of '{model.name}': it wraps, and its "
+                    "file is of another program"
+                )
+            found[model.name, muscle.name] = _add(model, muscle, links[model.name], spec)
     return found
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import opensim as osim
 import pytest
 from golden import Golden
+from nrp_core import worlds
 from nrp_core.errors import CapabilityError, DivergedError, SceneError
 from nrp_core.world import (
     Box,
@@ -186,3 +187,9 @@ def test_a_step_that_the_integrator_cannot_take_ends_the_run(
     with golden.raises(DivergedError, match="'arm'") as caught:
         engine.advance(5)
     assert caught.value.t_ns == 0
+
+
+def test_mujoco_refuses_the_muscles_of_a_file_of_opensim(file_of: File, golden: Golden) -> None:
+    backend = worlds().load("mujoco")
+    with golden.raises(CapabilityError, match="'flexor' of 'arm'"):
+        backend.open(read_scene(file_of("arm")), seed=1, options=backend.options())
