@@ -154,6 +154,8 @@ class BrainCapabilities:
             runs: ``eligibility``, ``dopamine``; with these also those of synapses in equations.
         snapshot: whether its state can be saved and restored.
         releases_gil: whether it can step while Python code runs in another thread.
+        late_spikes: whether source cells can emit spikes of the past that have not arrived anywhere yet.
+        spike_lag_ns: how much later than for its synapses a spike of a cell is reported.
     """
 
     cells: frozenset[str]
@@ -171,6 +173,8 @@ class BrainCapabilities:
     synapse_state: frozenset[str] = frozenset()
     snapshot: bool = False
     releases_gil: bool = False
+    late_spikes: bool = False
+    spike_lag_ns: int = 0
 
     def extended(self, network: Network) -> BrainCapabilities:
         """Return these capabilities with the state variables that the network's own equations add."""

@@ -274,7 +274,8 @@ def _lines(experiment: Experiment, parameters: Parameters) -> Iterator[str]:
     yield f"{name}: {seconds(experiment.duration):g} s, seed {experiment.seed}"
     if experiment.description:
         yield f"  {experiment.description}"
-    yield f"  brain: {brain.model.name} in {brain.backend}"
+    models = ", ".join(f"{name} {path.name}".strip() for name, path in brain.files.items())
+    yield f"  brain: {models} in {brain.backend}"
     yield from _parameters("parameter", parameters.brain)
     robots = ", ".join(f"{name} ({robot.model.name})" for name, robot in world.robots.items()) or "no robot"
     room = world.scene.name if world.scene else "its own room"
@@ -285,5 +286,5 @@ def _lines(experiment: Experiment, parameters: Parameters) -> Iterator[str]:
 
 
 def _parameters(label: str, parameters: Any) -> Iterator[str]:
-    for one in parameters.values():
-        yield f"    {label} {one}"
+    for name, one in parameters.items():
+        yield f"    {label} {''.join(name.rpartition('.')[:2])}{one}"

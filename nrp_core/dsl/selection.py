@@ -15,6 +15,7 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.errors import NeuronSelectionError, NrpError
 from nrp_core.network.changes import projection_of
 from nrp_core.network.data import Network, Projection
+from nrp_core.network.groups import SEPARATOR
 
 
 class Region(ABC):
@@ -229,13 +230,18 @@ class Groups:
 class BrainRoot:
     """The value of ``nrp.brain``: every population and view of a network by its name.
 
-    ``group`` has them by name too, unless one of them is called ``group``.
+    ``group`` has them by name too, unless one of them is called ``group``. The name of a model, of several,
+    gives what it has: ``nrp.brain.red.eyes``.
+
+    Args:
+        network: the network.
+        begin: what the names of the model begin with: ``red.``.
     """
 
-    __slots__ = ("_network",)
+    __slots__ = ("_begin", "_network")
 
-    def __init__(self, network: Network) -> None:
-        self._network = network
+    def __init__(self, network: Network, begin: str = "") -> None:
+        self._network, self._begin = network, begin
 
     def __getitem__(self, name: object) -> Any:
         meant = f"nrp.brain.group[{name!r}]" if isinstance(name, str) else f"nrp.brain.NAME[{name!r}]"
@@ -244,16 +250,18 @@ class BrainRoot:
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_"):
             raise AttributeError(name)
-        network = self._network
-        if name == GROUP and name not in network.views and name not in network.populations:
-            return Groups(self._named)
-        return self._named(name)
+        whole, known = self._begin + name, (*self._network.views, *self._network.populations)
+        if whole in known:
+            return self._named(name)
+        if any(one.startswith(whole + SEPARATOR) for one in known):
+            return BrainRoot(self._network, whole + SEPARATOR)
+        return Groups(self._named) if name == GROUP else self._named(name)
 
     def _named(self, name: str) -> Selection:
-        return Selection(self._network.neurons(name), name, self._network)
+        return Selection(self._network.neurons(self._begin + name), self._begin + name, self._network)
 
     def _projection(self, label: str) -> Projection:
-        return projection_of(self._network, label)
+        return projection_of(self._network, self._begin + label)
 
 
 Find: TypeAlias = Callable[[Any], Any]
@@ -290,7 +298,8 @@ class Selector:
     def __getattr__(self, name: str) -> Selector:
         if name.startswith("_"):  # Python's protocols for copying, pickling and display
             raise AttributeError(name)
-        return Selector(lambda root: getattr(self._find(root), name), f"{self._text}.{name}")
+        found, text = lambda root: getattr(self._find(root), name), f"{self._text}.{name}"
+        return ProjectionSelector(found, text, self._find) if name == PROJECTION else Selector(found, text)
 
     def __getitem__(self, index: Any) -> Selector:
         def find(root: Root) -> Any:
@@ -348,26 +357,25 @@ class ProjectionSelector(Selector):
     """The value of ``nrp.brain.projection``, which is called with a label.
 
     Without a call it is the population of this name, if any.
+
+    Args:
+        owner: finds the brain, or the model of several, that has the projection.
     """
 
-    __slots__ = ()
+    __slots__ = ("_owner",)
+
+    def __init__(self, find: Find, text: str, owner: Find) -> None:
+        super().__init__(find, text)
+        self._owner = owner
 
     def __call__(self, label: Any) -> Selector:
         """Select the projection with a label: ``nrp.brain.projection("eyes -> motors")``."""
-        return Selector(lambda root: root._projection(_evaluate(label, root)), f"{self!r}({label!r})")
+        return Selector(
+            lambda root: self._owner(root)._projection(_evaluate(label, root)), f"{self!r}({label!r})"
+        )
 
 
-class BrainSelector(Selector):
-    """The class of ``nrp.brain``."""
-
-    __slots__ = ()
-
-    def __getattr__(self, name: str) -> Selector:
-        found = super().__getattr__(name)
-        return ProjectionSelector(found._find, repr(found)) if name == PROJECTION else found
-
-
-brain = BrainSelector(lambda root: root, "brain")
+brain = Selector(lambda root: root, "brain")
 """The future brain: its attributes are the populations of the network."""
 
 

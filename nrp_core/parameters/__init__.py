@@ -1,7 +1,7 @@
 """Parameters of brain scripts and transfer functions: declared there, set by experiments."""
 
 from nrp_core.parameters.parameter import GivenParameters, Parameter, Value, fitting
-from nrp_core.parameters.reading import BRAIN, FUNCTIONS, Declared, read_parameters
+from nrp_core.parameters.reading import BRAIN, FUNCTIONS, Declared, read_in_groups, read_parameters
 
 __all__ = [
     "BRAIN",
@@ -11,5 +11,6 @@ __all__ = [
     "Parameter",
     "Value",
     "fitting",
+    "read_in_groups",
     "read_parameters",
 ]

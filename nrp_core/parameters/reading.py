@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -140,6 +140,18 @@ def read_parameters(
         for call in _calls(nodes, dialect):
             _declare(call, file, declared)
         waiting += _neighbours(nodes, file.parent)
+    return declared
+
+
+def read_in_groups(files: Mapping[str, Path], read: Callable[[Path], Declared]) -> Declared:
+    """Return the parameters of several scripts, those of ``red`` as ``red.gain``; ``""`` adds no name."""
+    declared = Declared()
+    for group, path in files.items():
+        own = read(path)
+        declared.mistakes += own.mistakes
+        declared.trees |= own.trees
+        for name, one in own.parameters.items():
+            declared.parameters[f"{group}.{name}" if group else name] = one
     return declared
 
 

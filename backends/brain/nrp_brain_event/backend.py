@@ -39,6 +39,7 @@ class EventBackend(BrainBackend):
             synapse_state=SYNAPSE_STATE,
             snapshot=True,
             releases_gil=True,
+            late_spikes=True,
         )
 
     def warnings(self, network: Network, options: BrainOptions) -> list[str]:

@@ -39,6 +39,8 @@ class SpinnakerBackend(BrainBackend):
             neuromodulation=True,
             snapshot=True,
             releases_gil=True,
+            late_spikes=True,
+            spike_lag_ns=options.timestep,
         )
 
     def reports(self, network: Network, options: BrainOptions) -> list[Report]:

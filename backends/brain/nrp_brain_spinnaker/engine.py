@@ -97,6 +97,11 @@ def advance(machine: Machine, rewired: Rewired | None, window: Window, tick: int
             taken[1] += 1
         if rewired is not None:  # without them this is not compiled
             rewire(rewired, tick)
+        while taken[0] < sources.shape[1] and sources[0, taken[0]] < tick:  # late, but not at its targets
+            send(lent.stores, ring, sources[1, taken[0]], sources[0, taken[0]])
+            if rewired is not None:
+                deliver_rewired(rewired, ring, sources[1, taken[0]], sources[0, taken[0]])
+            taken[0] += 1
         begin_tick(cells, ring, tick)
         finish_tick(cells)
         if cells.n_fired[0] > 0:

@@ -8,7 +8,7 @@ An entry point in ``nrp_core.networks``, named by a suffix, is a function
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial, reduce
 from pathlib import Path
@@ -23,6 +23,7 @@ from nrp_core.experiment.model.experiment import Build, Experiment, PartMaker
 from nrp_core.experiment.model.section import Key
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.network.data import Network
+from nrp_core.network.groups import SEPARATOR, join_networks
 from nrp_core.network.picking import Selection
 from nrp_core.parameters import FUNCTIONS, Declared, Parameter, Value, fitting, read_parameters
 from nrp_core.registry import Registry
@@ -30,6 +31,7 @@ from nrp_core.scene.clearance import with_clearance
 from nrp_core.scene.model import Model, Scene
 from nrp_core.scene.reading.context import FindElsewhere, read_without
 from nrp_core.scene.sdf import read_model, read_scene
+from nrp_core.seeds import Seeds
 from nrp_core.world.robot_setup import set_up_robot
 
 READERS: Registry[Callable[..., Network]] = Registry("nrp_core.networks", "reader of networks")
@@ -64,6 +66,19 @@ def network_from(
         raise NetworkError(str(error), path=path) from error
     given = {"parameters": parameters} if parameters else {}
     return read(path, populations=populations, seed=seed, **given)
+
+
+def _networks_from(*paths: Path, groups: Sequence[str], seed: int, **values: Mapping[str, Any]) -> Network:
+    """Read several networks as the groups of one; each draws from its own seed, see :func:`network_from`."""
+    networks = {}
+    for group, path in zip(groups, paths, strict=True):
+        begin = f"{group}{SEPARATOR}"
+        own = {
+            key: {name.removeprefix(begin): one for name, one in every.items() if name.startswith(begin)}
+            for key, every in values.items()
+        }
+        networks[group] = network_from(path, seed=Seeds(seed).child("model").integer(group), **own)
+    return join_networks(networks)
 
 
 Loader: TypeAlias = Callable[..., list[TransferFunction]]
@@ -135,13 +150,11 @@ class Maker(PartMaker):
         return replace(result, warnings=tuple(warnings))
 
     def network(self, experiment: Experiment, build: Build = build_here) -> Network:
-        brain = experiment.brain
-        return build(
-            partial(
-                network_from, brain.model, populations=brain.populations, seed=experiment.seed,
-                parameters=brain.parameters,
-            )
-        )  # fmt: skip
+        brain, files = experiment.brain, experiment.brain.files
+        given = {"populations": brain.populations, "seed": experiment.seed, "parameters": brain.parameters}
+        if "" in files:
+            return build(partial(network_from, files[""], **given))
+        return build(partial(_networks_from, *files.values(), groups=tuple(files), **given))
 
     def functions(self, experiment: Experiment, collector: Collector) -> Iterator[TransferFunction]:
         for i, path in enumerate(experiment.transfer_functions):
@@ -220,7 +233,7 @@ class ParameterValue:
         file = data["file"] and Path(data["file"])
         about = {key: data[key] for key in ("default", "unit", "low", "high", "doc", "line")}
         by_whom = data.get("set_by", "the experiment" if data["value"] != data["default"] else None)
-        return cls(Parameter(name, path=file, **about), data["value"], by_whom)
+        return cls(Parameter(name.rpartition(SEPARATOR)[2], path=file, **about), data["value"], by_whom)
 
     def __str__(self) -> str:
         """Return value, range and description in one line."""
@@ -296,12 +309,14 @@ def _check_values(
     unread = {mistake.path for mistake in declared.mistakes}
     for name, message in wrong.items():
         if name in declared.parameters or not unread:  # an unreadable declaration may be the one for it
-            collector.add(Code.NRP202, message, *keys, name)
+            collector.add(Code.NRP202, message, *keys, *name.split(SEPARATOR))
     return {
         name: ParameterValue(
             one,
             values[name],
-            str(collector.source.place_of(*keys, name)) if name in given and name not in wrong else None,
+            str(collector.source.place_of(*keys, *name.split(SEPARATOR)))
+            if name in given and name not in wrong
+            else None,
         )
         for name, one in declared.parameters.items()
     }

@@ -9,6 +9,7 @@ import traceback
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial, reduce
+from pathlib import Path
 from typing import Any
 
 from nrp_core._support.checked_arguments import checks_arguments
@@ -164,8 +165,8 @@ def place_of_step(experiment: Experiment) -> tuple[Key, ...]:
 
 def building(experiment: Experiment) -> str:
     """Return the name of the task that makes the network, with the script that is executed."""
-    name = experiment.brain.model.name
-    return f"{EXECUTING} {name}" if name.endswith(".py") else f"reading the network {name}"
+    name = ", ".join(path.name for path in experiment.brain.files.values())
+    return f"{EXECUTING} {name}" if ".py" in name else f"reading the network {name}"
 
 
 def build_network(experiment: Experiment, collector: Collector, build: Build | None = None) -> Network | None:
@@ -183,7 +184,7 @@ def build_network(experiment: Experiment, collector: Collector, build: Build | N
             _require_excluded(experiment, network, collector)
             return with_variants(network, experiment, collector)
         except NeuronSelectionError as error:
-            keys = ("brain", "populations", error.subject or "")
+            keys = ("brain", "populations", *(error.subject or "").split("."))
             collector.add(Code.NRP211, error.message, *keys, subject=error.subject)
     # a declaration of a parameter that is wrong ends the script, too
     known = {(one.path, one.line) for one in collector.findings[:before] if one.code is Code.NRP202}
@@ -219,14 +220,15 @@ def built_in_time(experiment: Experiment, make: Callable[[], Network]) -> Networ
     Raises:
         EndlessScriptError: it takes longer; with the line that the script has reached.
     """
-    limit_ns, file = experiment.brain.time_limit, experiment.brain.model
+    limit_ns, files = experiment.brain.time_limit, experiment.brain.files.values()
     limit = TimeLimit(None if limit_ns is None else seconds(limit_ns), name="brain.time_limit")
     try:
         with limit.watching():
             return limit.call(make)
     except TimeLimitExceeded as error:
         frames = reversed(traceback.extract_tb(error.__traceback__))
-        line = next((frame.lineno for frame in frames if frame.filename == str(file)), None)
+        here = ((Path(frame.filename), frame.lineno) for frame in frames)
+        file, line = next((place for place in here if place[0] in files), (next(iter(files)), None))
         reached = "it had not reached its first line" if line is None else "it was still executing this line"
         message = f"the brain script {error}; {reached}"
         raise EndlessScriptError(message, path=file, line=line) from None
@@ -426,10 +428,11 @@ def name_cause(found: Sequence[Finding], experiment: Experiment, network: Networ
     others = [one for one in found if (one.code, one.level) != (Code.NRP211, Level.ERROR)]
     if network.populations or len(others) == len(found):
         return list(found)
-    model = experiment.brain.model
-    is_other = model in experiment.transfer_functions
+    files = experiment.brain.files.values()
+    is_other = any(path in experiment.transfer_functions for path in files)
     cause = "it is a file of transfer functions" if is_other else "is it the file of the brain?"
-    message = f"{model.name} makes no cells, and devices of transfer functions use some: {cause}"
+    name = ", ".join(path.name for path in files)
+    message = f"{name} makes no cells, and devices of transfer functions use some: {cause}"
     return [*others, experiment.place("brain", "model").finding(Code.NRP211, message)]
 
 

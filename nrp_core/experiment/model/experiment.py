@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -36,13 +36,24 @@ from nrp_core.errors import did_you_mean
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.event_schema import END, START, Criterion, Event
 from nrp_core.experiment.model.randomize_schema import RandomizeSection
-from nrp_core.experiment.model.section import Key, Name, Place, PoseList, Range, Section, TopicName, Tree
+from nrp_core.experiment.model.section import (
+    NAME_PATTERN,
+    Key,
+    Name,
+    Place,
+    PoseList,
+    Range,
+    Section,
+    TopicName,
+    Tree,
+    identifier,
+)
 from nrp_core.experiment.model.variant_schema import InterventionSection, WiringControl
 from nrp_core.findings import Code
 from nrp_core.findings.removed_codes import removed_in
 from nrp_core.network.data import Network
-from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_parameters
-from nrp_core.paths import ExistingFile, ExistingFolder
+from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_in_groups, read_parameters
+from nrp_core.paths import ExistingFile, ExistingFolder, existing_file
 from nrp_core.quantities import AngleRad, DurationNs, LengthM, RateHz, time_ns
 from nrp_core.scene.devices import Pid
 from nrp_core.scene.model import Model, Scene
@@ -125,11 +136,38 @@ def _limit(value: object) -> object:
     return limit_ns
 
 
+def _models(value: object) -> Path | dict[str, Path]:
+    if isinstance(value, Mapping) and value:
+        return {identifier(name): existing_file(file) for name, file in value.items()}
+    return existing_file(value)
+
+
+def _by_group(value: object) -> object:
+    """Return values by their names with those of their groups: ``{red: {gain: 2}}`` sets ``red.gain``."""
+    if not isinstance(value, Mapping):
+        return value
+    every = {name: one if isinstance(one, Mapping) else {"": one} for name, one in value.items()}
+    return {
+        f"{identifier(group)}.{identifier(name)}" if name else group: one
+        for group, values in every.items()
+        for name, one in values.items()
+    }
+
+
+BrainModel = Annotated[
+    Path | dict[str, Path],
+    PlainValidator(_models),
+    WithJsonSchema(
+        {"type": ["string", "object"], "description": "a file, relative to the file that names it"}
+    ),
+]
 Selection = Annotated[
     str | int | list[int],
     PlainValidator(_selection),
-    WithJsonSchema({"type": ["string", "integer", "array"], "examples": ["0:5", 3, [0, 2]]}),
+    WithJsonSchema({"type": ["string", "integer", "array", "object"], "examples": ["0:5", 3, [0, 2]]}),
 ]
+ByGroup = BeforeValidator(_by_group)
+GroupedName = Annotated[str, Field(json_schema_extra={"pattern": NAME_PATTERN})]
 Pace = Annotated[
     str | float,
     PlainValidator(_pace),
@@ -144,7 +182,10 @@ ParameterValue = Annotated[
     bool | int | float | str | list[float | str],
     PlainValidator(_parameter),
     WithJsonSchema(
-        {"type": ["boolean", "number", "string", "array"], "examples": [1.5, "1.5 mV", True, [0.1, 0.2]]}
+        {
+            "type": ["boolean", "number", "string", "array", "object"],
+            "examples": [1.5, "1.5 mV", True, [0.1, 0.2]],
+        }
     ),
 ]
 MessageType = Annotated[
@@ -167,19 +208,37 @@ class BackendSection(Section):
 class BrainSection(BackendSection):
     """The brain side."""
 
-    model: ExistingFile
+    model: BrainModel
     """The brain: a PyNN script, a network file (``.nrpnet``), a SONATA configuration (``.json``)
-    or a trained network (``.nir``)."""
-    populations: dict[Name, Selection] = Field(default_factory=dict)
-    """Names for groups of neurons of its ``circuit``; of a file without one, of all its neurons."""
+    or a trained network (``.nir``); or several by name: ``{red: a.py, blue: b.py}``."""
+    populations: Annotated[dict[GroupedName, Selection], ByGroup] = Field(default_factory=dict)
+    """Names for groups of neurons of its ``circuit``; of a file without one, of all its neurons. With
+    several models, for each by its name: ``{red: {eyes: "0:5"}}``."""
     time_limit: TimeLimit = 600_000_000_000
     """Wall time that the script may take to build the network, or ``off``."""
-    parameters: dict[Name, ParameterValue] = Field(default_factory=dict)
-    """Values of the parameters that the script declares with ``sim.parameter``."""
+    parameters: Annotated[dict[GroupedName, ParameterValue], ByGroup] = Field(default_factory=dict)
+    """Values of the parameters that the script declares with ``sim.parameter``; with several models, for
+    each by its name."""
     controls: tuple[WiringControl, ...] = ()
     """Random changes of the wiring before the interventions: ``[rewire: degree_preserving]``."""
     interventions: tuple[InterventionSection, ...] = ()
     """Cells that are silenced, lesioned or activated, and weights that are scaled."""
+
+    @property
+    def files(self) -> dict[str, Path]:
+        """The files of the models by their names; a single model has the name ``""``."""
+        return self.model if isinstance(self.model, dict) else {"": self.model}
+
+    @model_validator(mode="after")
+    def _require_groups(self) -> BrainSection:
+        for key in ("populations", "parameters"):
+            for name in getattr(self, key):
+                group, _, inner = name.rpartition(".")
+                if group not in self.files:
+                    models = ", ".join(f"'{one}'" for one in self.files if one) or "a single one"
+                    what = f"'{inner}' is of no model" if not group else f"there is no model '{group}'"
+                    raise ValueError(f"{key}.{group or inner}: {what}; the models: {models}")
+        return self
 
 
 class ControlSection(Section):
@@ -402,7 +461,7 @@ class Experiment(Overview, Section):
         engines = f"{self.brain.backend} and {self.world.backend}"
         return f"{self.name}: {seconds(self.duration):g} s on {engines}", [
             ("part", "value"),
-            ("brain", self.brain.model),
+            *((f"brain {name}".strip(), path) for name, path in self.brain.files.items()),
             ("scene", self.world.scene or "none"),
             *((f"robot {name}", robot.model) for name, robot in self.world.robots.items()),
             *(("transfer functions", path) for path in self.transfer_functions),
@@ -539,7 +598,7 @@ class PartMaker(ABC):
 
     def brain_parameters(self, experiment: Experiment) -> Declared:
         """Return the parameters that the brain file declares; it is not executed."""
-        return read_parameters(experiment.brain.model, BRAIN)
+        return read_in_groups(experiment.brain.files, lambda path: read_parameters(path, BRAIN))
 
     def function_parameters(self, experiment: Experiment) -> Declared:
         """Return the parameters that the files of transfer functions declare; they are not executed."""

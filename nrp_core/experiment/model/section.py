@@ -294,8 +294,9 @@ def _documented_fields(section: type[BaseModel]) -> dict[str, str]:
     return documented
 
 
-def _identifier(name: str) -> str:
-    if not name.isidentifier():
+def identifier(name: str) -> str:
+    """Return a name; raise a ValueError if it is not an identifier."""
+    if not str(name).isidentifier():
         raise ValueError(f"a name has letters, digits and '_', and no digit first: not '{name}'")
     return name
 
@@ -306,7 +307,8 @@ def _absolute(topic: str) -> str:
     return topic
 
 
-Name = Annotated[str, AfterValidator(_identifier), Field(json_schema_extra={"pattern": r"^[A-Za-z_]\w*$"})]
+NAME_PATTERN = r"^[A-Za-z_]\w*$"
+Name = Annotated[str, AfterValidator(identifier), Field(json_schema_extra={"pattern": NAME_PATTERN})]
 """Name of a thing of the experiment: a robot, an event, a criterion, a population."""
 
 TopicName = Annotated[str, AfterValidator(_absolute), Field(json_schema_extra={"pattern": r"^(/\w+)+$"})]

@@ -10,7 +10,7 @@ from golden import Golden
 
 from nrp_core.errors import NetworkError
 from nrp_core.experiment.making.maker import network_from
-from nrp_core.experiment.making.prepare import prepare
+from nrp_core.experiment.making.prepare import load_network_only, prepare
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import InvalidExperimentError
@@ -72,3 +72,39 @@ def test_a_package_can_bring_a_reader_of_its_own(install: Callable[..., None], t
     )
     install("neuroml", "[nrp_core.networks]\n.nml = neuroml:read\n", source)
     assert network_from(tmp_path / "net.nml", seed=3).timestep_ms == 3.0
+
+
+def test_several_models_are_one_network_with_seeds_of_their_own(experiment: Path) -> None:
+    script = experiment / "noisy.py"
+    script.write_text(
+        "import numpy as np\nimport nrp_core.pynn as sim\n"
+        "gain = sim.parameter('gain', 1.0, low=0.0)\n"
+        "cells = sim.Population(2, sim.IF_curr_exp(i_offset=gain * np.random.rand()), label='cells')\n"
+    )
+
+    def made(*settings: str) -> dict[str, float]:
+        model = ["brain.model=null", "brain.populations=null", "transfer_functions=[]", *settings]
+        network = load_network_only(load_experiment(experiment, model))
+        return {label: float(one.parameters["i_offset"][0]) for label, one in network.populations.items()}
+
+    both = made(f"brain.model={{red: {script}, blue: {script}}}")
+    assert set(both) == {"red.cells", "blue.cells"}
+    assert both["red.cells"] != both["blue.cells"]
+    assert made(f"brain.model={{red: {script}}}") == {"red.cells": both["red.cells"]}
+    twice = made(f"brain.model={{red: {script}, blue: {script}}}", "brain.parameters={red: {gain: 2.0}}")
+    assert twice == {"red.cells": 2 * both["red.cells"], "blue.cells": both["blue.cells"]}
+
+
+@pytest.mark.parametrize("setting", ["brain.parameters={gain: 2}", "brain.populations={green: {eyes: 3}}"])
+def test_a_setting_of_no_model_is_refused(experiment: Path, golden: Golden, setting: str) -> None:
+    script = experiment / "brain.py"
+    with golden.raises(InvalidExperimentError):
+        load_experiment(
+            experiment,
+            [
+                "brain.model=null",
+                f"brain.model={{red: {script}, blue: {script}}}",
+                "brain.populations=null",
+                setting,
+            ],
+        )

@@ -108,7 +108,7 @@ def accept(clock: GridClock, grid: Grid, places: Array, step: int) -> bool:
         send_all(clock, grid)
     while clock.source < due:
         spike = grid.sources[clock.source]
-        send(clock, grid, spike.target, max(spike.step, clock.step))  # entries before this step come first
+        send(clock, grid, spike.target, spike.step)
         clock.source += 1
     return True
 

@@ -51,6 +51,11 @@ def with_brain(
     return experiment.model_copy(update={"brain": brain})
 
 
+def first_file(experiment: Experiment) -> Path:
+    """Return the file of the brain, of several models that of the first."""
+    return next(iter(experiment.brain.files.values()))
+
+
 def _selection(element: Element) -> Selection:
     listed, index = children(element, "element"), number(element, "index")
     if listed:
@@ -93,7 +98,7 @@ class BrainEdits(Functions):
         Raises:
             ExperimentError: it is not a script.
         """
-        path = self._runner.call(lambda run: run.experiment.brain.model)
+        path = self._runner.call(lambda run: first_file(run.experiment))
         if path.suffix != ".py":
             raise ExperimentError("the brain is not a script", path=path)
         return Source.of_file(path).text
@@ -128,7 +133,7 @@ class BrainEdits(Functions):
             LifecycleError: the simulation is stopped.
         """
         if self._model is not None:
-            self._save(self._read().brain.model, self.get_brain())
+            self._save(first_file(self._read()), self.get_brain())
 
     def _rebuild(self, model: Path | None, populations: Mapping[str, Selection] | None) -> None:
         was_running, began = self.get_state() == STARTED, self._runner.call(lambda run: run.loop.now_ns)

@@ -57,7 +57,7 @@ class ImportedMaker(ShimmedMaker):
 
     def network(self, experiment: Experiment, build: Build = build_here) -> Network:
         brain = experiment.brain
-        if brain.model.suffix != ".py":
+        if isinstance(brain.model, dict) or brain.model.suffix != ".py":
             return super().network(experiment, build)
         script = partial(
             load_script, brain.model, experiment.seed, brain.populations, self._folders, self.library,

@@ -20,7 +20,7 @@ from nrp_core.dsl import Flow, Listing, PythonSource, TransferFunction, message_
 from nrp_core.errors import NrpError
 from nrp_core.experiment import Build, Collector, Experiment, Maker, Omission, Participant, Run, build_here
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_parameters
+from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_in_groups, read_parameters
 from nrp_core.world import Model, Scene, World, read_scene
 from nrp_core.xml import Element
 from nrp_legacy import code
@@ -123,7 +123,7 @@ class ShimmedMaker(Maker, Participant[Run], ABC):
         return self._namespace(experiment.seed, experiment.function_parameters)
 
     def brain_parameters(self, experiment: Experiment) -> Declared:
-        return read_parameters(experiment.brain.model, _BRAIN, _tree)
+        return read_in_groups(experiment.brain.files, lambda path: read_parameters(path, _BRAIN, _tree))
 
     def function_parameters(self, experiment: Experiment) -> Declared:
         declared = Declared()
@@ -259,7 +259,7 @@ class LegacyMaker(ShimmedMaker):
                 yield code_of(element, self.library)
 
     def network(self, experiment: Experiment, build: Build = build_here) -> Network:
-        path, populations = experiment.brain.model, self.bibi.populations
+        path, populations = experiment.brain.files[""], self.bibi.populations
         try:
             make = partial(
                 load_brain, path, populations, experiment.seed, self._folders, self.library,

@@ -14,9 +14,9 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from nrp_core.errors import BackendLoadError, SimulationError, TopicError
-from nrp_core.messages.ros1 import Ros1Codec
 
 from nrp_world_ros.node import PATIENCE_S, Answer, Letter, Node, Publisher
+from nrp_world_ros.ros1_encoding import Ros1Codec
 
 INSTALL = (
     "apt-get install --no-install-recommends python3-rospy python3-roslaunch && "

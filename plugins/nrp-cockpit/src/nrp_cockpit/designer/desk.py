@@ -47,7 +47,7 @@ class Desk:
     def note_run(self) -> None:
         """Note that the session has another run."""
         self._surroundings = surroundings_of(self._session.run)
-        self._built = self._session.run.experiment.brain.model
+        self._built = next(iter(self._session.run.experiment.brain.files.values()))
         self._built_from = _script_at(self._built)
         self._built_with = interventions_of(self._session.run.experiment.brain.interventions)
 
@@ -73,7 +73,7 @@ class Desk:
             opened = [str(path) for path, one in self._drawings.items() if isinstance(one, Document)]
             return list(dict.fromkeys((*self._session.functions.files, *opened)))
         drawn = [path for path, one in self._drawings.items() if isinstance(one, BrainDocument)]
-        return [str(path) for path in dict.fromkeys((self.original.brain.model, *drawn))]
+        return [str(path) for path in dict.fromkeys((*self.original.brain.files.values(), *drawn))]
 
     @property
     def new_brain(self) -> BrainDocument | None:
@@ -87,7 +87,7 @@ class Desk:
         chosen = brain.path, brain.text, brain.brain.intervention
         if chosen == (self._built, self._built_from, self._built_with):
             return None
-        is_original = brain.path == self.original.brain.model
+        is_original = brain.path in self.original.brain.files.values()
         return brain if is_original or (brain.is_drawn and brain.brain.population) else None
 
     def replaced_by(self, document: Document) -> set[Path]:
@@ -108,7 +108,7 @@ class Desk:
         Raises:
             ExperimentError: it is neither a model nor Python, or cannot be read.
         """
-        if path in (self._built, self.original.brain.model) or (
+        if path in (self._built, *self.original.brain.files.values()) or (
             path.suffix == ".py" and read_script(_script_at(path)) is not None
         ):
             self._show_brain(path)
@@ -140,7 +140,9 @@ class Desk:
 
     def _show_brain(self, path: Path) -> None:
         if path not in self._drawings:
-            network = self._session.run.brain.network if path == self._built else None
+            run = self._session.run
+            is_whole = path == self._built and len(run.experiment.brain.files) == 1
+            network = run.brain.network if is_whole else None
             self._drawings[path] = BrainDocument(
                 path, network, interventions_of(self.original.brain.interventions)
             )

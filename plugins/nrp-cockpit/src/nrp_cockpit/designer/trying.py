@@ -20,6 +20,8 @@ from nrp_cockpit.session.opening import Opening
 from nrp_core.errors import ExperimentError
 from nrp_core.findings import InvalidExperimentError
 
+_OF_MODEL = "populations", "parameters"
+"""The settings of an experiment that belong to the model of its brain."""
 Found = list[dict[str, Any]]
 
 
@@ -86,10 +88,12 @@ class Trying:
         return [] if given == there else overrides_of(given)
 
     def _model_settings(self, brain: BrainDocument) -> list[str]:
-        if brain.path == self._desk.original.brain.model and not brain.is_drawn:
+        files = self._desk.original.brain.files
+        if brain.path in files.values() and not brain.is_drawn:
             return []
         model = json.dumps(str(brain.path))  # a text of YAML, whatever the path has
-        return [f"brain.model={model}", "brain.populations=null", "brain.parameters=null"]
+        group = next((f".{name}" for name, path in files.items() if name and path == brain.path), "")
+        return [f"brain.model{group}={model}", *(f"brain.{key}{group}=null" for key in _OF_MODEL)]
 
     def _checked(self, brain: BrainDocument | None, document: Document | None = None) -> Found:
         """Return the findings about the experiment with these settings instead of its own."""
@@ -107,10 +111,13 @@ class Trying:
             if not brain.is_drawn:
                 return list(functions.check_in(experiment, files, there)["findings"])
             draft = functions.drafts.write(brain.path, brain.text)
-            other: dict[str, Any] = (
-                {"populations": {}, "parameters": {}} if self._model_settings(brain) else {}
-            )
-            section = experiment.brain.model_copy(update={"model": draft, **other})
+            changed: dict[str, Any] = {key: {} for key in _OF_MODEL if self._model_settings(brain)}
+            files = experiment.brain.files
+            if "" not in files and brain.path in files.values():
+                changed = {
+                    "model": {name: draft if path == brain.path else path for name, path in files.items()}
+                }
+            section = experiment.brain.model_copy(update={"model": draft, **changed})
             drawn = experiment.model_copy(update={"brain": section})
             try:
                 return list(functions.check_in(drawn, files, there)["findings"])

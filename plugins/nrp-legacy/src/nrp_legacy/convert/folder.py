@@ -330,7 +330,7 @@ class _Import:
         network = self._plan.network
         assert network is not None
         names, exp = list(self._maker.bibi.populations), self._experiment
-        brain = write_brain(exp.brain.model, network, names, exp.seed, self._folder, self._beside)
+        brain = write_brain(exp.brain.files[""], network, names, exp.seed, self._folder, self._beside)
         self._report.changed += brain.changes
         self._report.kept += [brain.need] if brain.need else []
         return brain.section

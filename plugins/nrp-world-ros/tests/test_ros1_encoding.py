@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 from golden import Golden
-from rosbags.typesys import Stores, get_typestore
-
 from nrp_core.errors import TopicError
 from nrp_core.messages import geometry_msgs, nav_msgs, sensor_msgs, std_msgs
 from nrp_core.messages.base import Time, type_name
@@ -17,7 +15,9 @@ from nrp_core.messages.cdr import Codec
 from nrp_core.messages.cle_ros_msgs import SpikeRate
 from nrp_core.messages.gazebo_msgs import ModelStates
 from nrp_core.messages.generated import made
-from nrp_core.messages.ros1 import Ros1Codec
+from rosbags.typesys import Stores, get_typestore
+
+from nrp_world_ros.ros1_encoding import Ros1Codec
 
 HEADER = std_msgs.Header(Time(12, 34), "husky/base_link")
 

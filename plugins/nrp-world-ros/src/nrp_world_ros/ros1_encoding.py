@@ -11,9 +11,8 @@ from hashlib import md5
 from types import SimpleNamespace
 from typing import Any
 
-from rosbags.typesys import Stores
-
 from nrp_core.messages.cdr import Codec
+from rosbags.typesys import Stores
 
 _HEADER = "std_msgs/msg/Header"
 _OTHERWISE = {
