@@ -30,6 +30,7 @@ from nrp_core.errors import (
 T = TypeVar("T")
 
 OPTIONAL: Final[Mapping[str, Mapping[str, Sequence[str]]]] = {
+    "nrp-brain-composite": {"nrp_core.brain": ["composite"]},
     "nrp-conformance": {"nrp_core.commands": ["conformance"]},
     "nrp-ebrains": {
         "nrp_core.experiment_readers": [".json"],

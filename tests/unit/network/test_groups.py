@@ -55,4 +55,5 @@ def test_streams_of_rewiring_belong_to_their_group() -> None:
     shared = replace(whole.projections[0], rewiring=Rewiring(seed=1, stream="cells"))
     joined = join_networks({"red": replace(whole, projections=(shared,))})
     rewiring = joined.projections[0].rewiring
-    assert rewiring is not None and rewiring.stream == "red.cells"
+    assert rewiring is not None
+    assert rewiring.stream == "red.cells"
