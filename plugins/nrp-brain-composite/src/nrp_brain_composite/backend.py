@@ -38,7 +38,7 @@ def common_capabilities(every: Iterable[BrainCapabilities]) -> dict[str, Any]:
             found[one.name] = reduce(frozenset.intersection, values)
         elif isinstance(values[0], bool):
             found[one.name] = all(values)
-    found["approximate"] = frozenset().union(*(part.approximate for part in parts)) & found["cells"]
+    found["approximate"] = frozenset[str]().union(*(part.approximate for part in parts)) & found["cells"]
     levels = list(Determinism)
     found["determinism"] = max((part.determinism for part in parts), key=levels.index)
     return found

@@ -14,8 +14,17 @@ from math import lcm
 import numpy as np
 
 from nrp_brain_composite.options import CompositeOptions, PartOptions
-from nrp_core.brain import BrainCapabilities, FloatArray, Grid, IntArray, Network, Population, Projection
-from nrp_core.clock import milliseconds, nanoseconds
+from nrp_core.brain import (
+    BoolArray,
+    BrainCapabilities,
+    FloatArray,
+    Grid,
+    IntArray,
+    Network,
+    Population,
+    Projection,
+)
+from nrp_core.clock import NS_PER_MS, milliseconds, nanoseconds
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 
 
@@ -87,7 +96,7 @@ class Part:
     options: PartOptions
     network: Network
     ids: IntArray
-    is_own: np.ndarray
+    is_own: BoolArray
     local: IntArray
     passed_on: IntArray
     shift_ns: int
@@ -190,7 +199,8 @@ def _part(
     onto = [one for one in network.projections if owners[one.post] == name]
     needed = {label for label, owner in owners.items() if owner == name} | {one.pre for one in onto}
     populations: dict[str, Population] = {}
-    ids, is_own = [], []
+    ids: list[IntArray] = []
+    is_own: list[BoolArray] = []
     for label, one in network.populations.items():
         if label in needed:
             is_mine = owners.get(label) == name
@@ -222,12 +232,13 @@ def _relayed(population: Population) -> Population:
 
 def _shortened(projection: Projection, by_ns: int, receiver: BrainCapabilities) -> Projection:
     delays_ns = _delays_ns(projection.delay_ms, receiver) - by_ns
-    return replace(projection, delay_ms=milliseconds(delays_ns))
+    return replace(projection, delay_ms=delays_ns / NS_PER_MS)
 
 
-def _are_sources(ids: IntArray, network: Network) -> np.ndarray:
+def _are_sources(ids: IntArray, network: Network) -> BoolArray:
     found = np.zeros(network.size, np.bool_)
     for label, one in network.populations.items():
         if one.is_source:
             found[network.ids_of(label)] = True
-    return found[ids]
+    chosen: BoolArray = found[ids]
+    return chosen
