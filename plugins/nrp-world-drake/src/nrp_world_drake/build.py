@@ -223,8 +223,8 @@ class _Builder:
         for name, inertia in armatures.items():
             if name in placed and model.joint(name).takes_commands:
                 path = model.name, name
-                motor = self._built.servos.get(path) or self._built.rubbing.get(path)
-                motor = motor or self._motor(model.name, name, "armature", np.inf)
+                led = self._built.servos.get(path) or self._built.rubbing.get(path)
+                motor = led or self._motor(model.name, name, "armature", np.inf)
                 motor.actuator.set_default_rotor_inertia(inertia)
 
     def _motor(self, model: str, joint: str, use: str, limit: float, damping: float = 0.0) -> Motor:
