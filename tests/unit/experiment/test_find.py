@@ -47,6 +47,23 @@ def test_a_shipped_experiment_is_found_by_its_name_and_a_variant_by_both() -> No
     assert find_file("walkers/slow").parts[-2:] == ("shipped_walkers", "slow.yaml")
 
 
+def test_a_distribution_ships_a_variant_of_an_experiment_of_another(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    site = tmp_path / "other"
+    info = site / "runners-1.0.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: runners\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[nrp_core.experiments]\nwalkers/fast = shipped_runners\n")
+    (site / "shipped_runners").mkdir()
+    for file in ("__init__.py", "experiment.yaml"):
+        (site / "shipped_runners" / file).touch()
+    monkeypatch.syspath_prepend(site)
+    assert find_file("walkers/fast").parts[-2:] == ("shipped_runners", "experiment.yaml")
+    assert find_file("walkers/slow").parts[-2:] == ("shipped_walkers", "slow.yaml")
+    assert "walkers/fast" in shipped()
+
+
 def test_all_shipped_experiments_can_be_listed_though_one_is_broken() -> None:
     names = shipped()
     assert [name for name in names if name.startswith("walkers")] == ["walkers", "walkers/slow"]
