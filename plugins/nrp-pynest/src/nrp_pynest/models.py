@@ -14,9 +14,11 @@ import numpy as np
 
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.network.cells import CELLS as CELL_TYPES
+from nrp_core.network.equations.model import CELL_TYPE
 from nrp_core.network.nest_models import LEAK_NS, NEST_CELLS, CellModel, NestParameter
 from nrp_core.network.pynn.export import cell_type_of
 from nrp_core.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
+from nrp_pynest.equations import EQUATIONS
 
 PARROT: Final = "parrot_neuron"
 POISSON: Final = "poisson_generator"
@@ -52,6 +54,13 @@ CELLS: Final[Mapping[str, CellModel]] = {
         "HH_cond_exp", {name: NestParameter(*pair) for name, pair in _PAIRS.items()}, _KILO
     ),
     PARROT: CellModel("IF_curr_delta", {name: NestParameter(*pair) for name, pair in _REPEATING.items()}),
+    **{
+        name: CellModel(
+            CELL_TYPE,
+            {own: NestParameter(nest, 1.0, model.defaults[nest]) for own, nest in model.parameters.items()},
+        )
+        for name, model in EQUATIONS.items()
+    },
 }  # fmt: skip
 """Models of cells; a parrot is one that any weight makes spike."""
 SPIKE_RECORDERS: Final = ("spike_detector", "spike_recorder")
@@ -168,11 +177,13 @@ def initial_mv(model: str) -> float:
 
     As in NEST 3.10, ``E_L`` does not change the initial ``V_m`` of a cell.
     """
+    if model in EQUATIONS:
+        return EQUATIONS[model].initial.get("V_m", 0.0)
     rest = CELLS[model].parameters.get("v_rest")
     return _INITIAL_MV[model] if rest is None else rest.default
 
 
-NEST_OF = {model.cell_type: name for name, model in reversed(list(CELLS.items()))}
+NEST_OF = {model.cell_type: name for name, model in reversed(list(CELLS.items())) if name not in EQUATIONS}
 """NEST's name of each cell type."""
 
 
@@ -253,5 +264,12 @@ def scale_of(population: Any) -> float:
 
 def recordables(model: str) -> tuple[str, ...]:
     """Return the state variables of a model that a multimeter can record."""
-    cell = CELL_TYPES.get(CELLS[model].cell_type)
-    return () if cell is None else tuple(name for name, (own, _) in STATES.items() if own in cell.state)
+    return tuple(states_of(model))
+
+
+def states_of(model: str) -> dict[str, tuple[str, float]]:
+    """Return the state variables of a model: the name in a network, and the factor to its unit."""
+    if model in EQUATIONS:
+        return {name: (name, 1.0) for name in EQUATIONS[model].recordables}
+    cell = CELL_TYPES[CELLS[model].cell_type]
+    return {name: (own, scale) for name, (own, scale) in STATES.items() if own in cell.state}

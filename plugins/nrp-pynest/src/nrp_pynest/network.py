@@ -14,10 +14,12 @@ from pyNN.standardmodels import cells as standard
 
 from nrp_core.brain import FloatArray, IntArray, Network, Population, Projection
 from nrp_core.errors import NetworkError
+from nrp_core.network.equations.model import CELL_TYPE
 from nrp_core.network.nest_models import LEAK_NS, NestParameter
 from nrp_core.network.picking import CIRCUIT
 from nrp_core.network.pynn.export import unique
 from nrp_core.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
+from nrp_pynest.equations import EQUATIONS
 from nrp_pynest.kernel import Block, Group, Kernel, Node, Nodes
 from nrp_pynest.models import (
     CELLS,
@@ -297,6 +299,8 @@ def cells_from(group: Group, label: str, current_na: FloatArray) -> Population:
         label: the label of the population.
         current_na: a constant current into each.
     """
+    if group.base in EQUATIONS:
+        return _equation_cells(group, label)
     model, base = CELLS[group.base], getattr(standard, CELLS[group.base].cell_type)
     parameters = {
         name: _parameter(group, model.parameters.get(name, NestParameter(name, 1.0, default)))
@@ -311,6 +315,16 @@ def cells_from(group: Group, label: str, current_na: FloatArray) -> Population:
         if own != "v" and name in {*group.values, *group.defaults} and own in initial:
             initial[own] = group.column(name, 0.0) * scale
     return Population(label, group.size, model.cell_type, parameters, initial)
+
+
+def _equation_cells(group: Group, label: str) -> Population:
+    model = EQUATIONS[group.base]
+    parameters = {own: group.column(nest, model.defaults[nest]) for own, nest in model.parameters.items()}
+    initial = {
+        name: group.column("V_m" if name in ("now", "before") else name, model.initial.get(name, 0.0))
+        for name in model.cell.model.variables
+    }
+    return Population(label, group.size, CELL_TYPE, parameters, initial, equations=model.cell)
 
 
 def _parameter(group: Group, parameter: NestParameter) -> FloatArray:

@@ -30,7 +30,7 @@ from nrp_pynest.models import (
     SPIKES,
     STATES,
     SynapseModel,
-    recordables,
+    states_of,
 )
 from nrp_pynest.network import Conversion
 
@@ -222,7 +222,8 @@ class RunningKernel(Kernel):
             return values
         cells, group = self._numbers()[0], self.group_of(node)
         if group.base in CELLS:
-            values["V_m"] = float(self._built.brain.read_state("v", [cells[node]])[0])
+            voltage = states_of(group.base)["V_m"][0]
+            values["V_m"] = float(self._built.brain.read_state(voltage, [cells[node]])[0])
         elif group.base in SPIKE_RECORDERS:
             values |= self._within(node, self._recorded_cells(node))
         elif group.base in MULTIMETERS:
@@ -280,7 +281,12 @@ class RunningKernel(Kernel):
         """
         own = super().node_values(node)
         cells = {self.group_of(one).base for one in self.measured_by(node)}
-        known = set(STATES).intersection(*(recordables(base) for base in cells))
+        states = [states_of(base) for base in cells]
+        known = {
+            name: one
+            for name, one in (states[0] if states else STATES).items()
+            if all(others.get(name) == one for others in states)
+        }
         asked = own["record_from"] if not isinstance(own["record_from"], str) else [own["record_from"]]
         for name in asked if not self.is_lenient else ():
             if name not in known:
@@ -288,7 +294,7 @@ class RunningKernel(Kernel):
                     f"nest: '{own['model']}' cannot record '{name}' of {min(cells, default='no cell')} here"
                     f"{did_you_mean(name, known)}"
                 )
-        return float(own["interval"]), {name: STATES[name] for name in asked if name in known}
+        return float(own["interval"]), {name: known[name] for name in asked if name in known}
 
     def _within(self, node: int, recorded: dict[str, Any]) -> dict[str, Any]:
         """Return what a recorder recorded between its start and its stop, and since it was emptied."""

@@ -151,7 +151,7 @@ class ScriptKernel(RunningKernel):
         known = self._built.brain.capabilities.state_variables
         for variable, ids, interval_ms in self.measured(made):
             if variable not in known:
-                name = next(name for name, (own, _) in STATES.items() if own == variable)
+                name = next((name for name, (own, _) in STATES.items() if own == variable), variable)
                 raise NetworkError(f"nest: the brain backend '{self._backend}' cannot record '{name}'")
             self._built.record_state(variable, ids, interval_ms)
         for group in self.groups:
