@@ -1,0 +1,1 @@
+"""Two robots that chase each other."""
