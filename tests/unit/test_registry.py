@@ -19,7 +19,7 @@ from nrp_core.errors import (
     IncompatibleBackendError,
     UnknownBackendError,
 )
-from nrp_core.registry import Registry
+from nrp_core.registry import OPTIONAL, Registry
 from nrp_core.world.backends import worlds
 
 Install = Callable[..., None]
@@ -55,7 +55,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
 def test_our_own_plugins_are_registered_as_those_of_a_third_party() -> None:
     assert {"event", "spinnaker"} <= set(brains().names())
     assert {"mujoco", "pybullet"} <= set(worlds().names())
-    assert all(provider.distribution == "nrp-core" for provider in brains().providers())
+    assert all(provider.distribution in ("nrp-core", *OPTIONAL) for provider in brains().providers())
 
 
 def test_an_installed_backend_is_found_at_once_and_made(install: Install) -> None:
