@@ -26,6 +26,7 @@ from nrp_core.world import (
     JointController,
     Link,
     Model,
+    ModelMotion,
     Pid,
     Scene,
     Sphere,
@@ -152,3 +153,12 @@ def test_a_ball_joint_that_is_led_is_refused() -> None:
     )
     with pytest.raises(CapabilityError, match="arm/joint"):
         opened(led)
+
+
+def test_an_orientation_keeps_its_length_while_a_body_turns() -> None:
+    """Drake lets the four numbers of a free body grow by ``(w step / 2)^2 / 2`` in each step."""
+    world = opened(prop("box", Box((0.2, 0.2, 0.2)), Pose(), mass=1.0), gravity=WEIGHTLESS)
+    world.engine.place("box", ModelMotion(Pose(), (0.0, 0.0, 0.0), (0.0, 0.0, 20.0)))
+    run(world, 1.0)
+    orientation = world.model_motion("box").pose.orientation
+    assert sum(part * part for part in orientation) == pytest.approx(1.0, abs=1e-12)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from math import asin, atan2
+from math import asin, atan2, sqrt
 from typing import Any, Final
 
 import numpy as np
@@ -185,7 +185,9 @@ class Base:
         state = self._running.state
         qw, qx, qy, qz, x, y, z = state[self._position : self._position + 7].tolist()
         wx, wy, wz, vx, vy, vz = state[self.velocity : self.velocity + 6].tolist()
-        return ModelMotion(Pose((x, y, z), (qx, qy, qz, qw)), (vx, vy, vz), (wx, wy, wz))
+        size = sqrt(qw * qw + qx * qx + qy * qy + qz * qz)  # Drake lets it grow
+        turn = qx / size, qy / size, qz / size, qw / size
+        return ModelMotion(Pose((x, y, z), turn), (vx, vy, vz), (wx, wy, wz))
 
     def put(self, motion: ModelMotion) -> None:
         """Set pose and velocity."""
