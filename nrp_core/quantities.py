@@ -122,3 +122,5 @@ LengthM = Annotated[float, BeforeValidator(length_m), _schema("1.2 m", "a length
 """A length, kept in metres."""
 AngleRad = Annotated[float, _number(_ANGLE, "an angle", "rad"), _schema("90 deg", "an angle: rad, deg")]
 """An angle, kept in radians."""
+Point = tuple[LengthM, LengthM]
+"""A place on the ground, x and y, m."""

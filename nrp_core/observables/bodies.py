@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from math import acos, dist, hypot
-from typing import Any, ClassVar
+from operator import attrgetter
+from typing import Any, ClassVar, Literal
 
 from nrp_core.errors import CapabilityError, ExperimentError, did_you_mean
-from nrp_core.observables.observable import Observable, Reading, Room, Surroundings, arguments_of
-from nrp_core.observables.positions import GroundPoint, Poses, require_poses, target_of
-from nrp_core.quantities import length_m
+from nrp_core.observables.observable import Observable, Reading, Room, Surroundings
+from nrp_core.observables.positions import Poses, require_poses, target_of
+from nrp_core.quantities import Point
 
 
 class _OfPositions(Observable):
@@ -17,10 +18,10 @@ class _OfPositions(Observable):
     unit = "m"
     kind: ClassVar[str]
 
-    def __init__(self, arguments: Any, around: Surroundings) -> None:
+    def __init__(self, around: Surroundings, of: str) -> None:
         require_poses(around.world)
         self._where = around.where
-        self._model = around.world.scene.model(str(arguments)).name
+        self._model = around.world.scene.model(of).name
         self._models: tuple[str, ...] = (self._model,)
         self.name = f"the {self.kind} of {self._model}"
 
@@ -33,15 +34,12 @@ class Distance(_OfPositions):
 
     kind = "distance"
 
-    def __init__(self, arguments: Any, around: Surroundings) -> None:
-        given = arguments_of(arguments, self.kind, "of", "to", needed=["to"])
-        super().__init__(given["of"], around)
-        to = given["to"]
-        place: GroundPoint | str = str(to) if isinstance(to, str) else (length_m(to[0]), length_m(to[1]))
-        self._target = target_of(place, around.world.scene)
-        if isinstance(place, str):
-            self._models += (place.partition("/")[0],)
-        self.name = f"the distance of {self._model} to {place}"
+    def __init__(self, around: Surroundings, of: str, to: str | Point) -> None:
+        super().__init__(around, of)
+        self._target = target_of(to, around.world.scene)
+        if isinstance(to, str):
+            self._models += (to.partition("/")[0],)
+        self.name = f"the distance of {self._model} to {to}"
         self._known: tuple[Poses, float] | None = None
 
     def value(self, now_ns: int) -> float:
@@ -56,12 +54,9 @@ class Displacement(_OfPositions):
 
     kind = "displacement"
 
-    def __init__(self, arguments: Any, around: Surroundings) -> None:
-        given = arguments_of(arguments, self.kind, "of", "from")
-        super().__init__(given["of"], around)
-        centre = given.get("from")
-        self._fixed = None if centre is None else (length_m(centre[0]), length_m(centre[1]))
-        self._centre: GroundPoint | None = self._fixed
+    def __init__(self, around: Surroundings, of: str, from_: Point | None = None) -> None:
+        super().__init__(around, of)
+        self._centre = from_
 
     def value(self, now_ns: int) -> float:
         x, y = self._where.ground(self._model)
@@ -106,9 +101,9 @@ class Speed(Reading):
 
     unit = "m/s"
 
-    def __init__(self, arguments: Any, around: Surroundings) -> None:
-        super().__init__(arguments, around)
-        self._engine, self._model = around.world.engine, around.world.scene.model(str(arguments)).name
+    def __init__(self, around: Surroundings, of: str) -> None:
+        super().__init__(around)
+        self._engine, self._model = around.world.engine, around.world.scene.model(of).name
         self.name = f"the speed of {self._model}"
 
     def read(self) -> float:
@@ -120,24 +115,18 @@ class Contact(Reading):
 
     unit = "N"
 
-    def __init__(self, arguments: Any, around: Surroundings) -> None:
-        super().__init__(arguments, around)
-        given = arguments_of(arguments, "contact", "of", "with")
+    def __init__(self, around: Surroundings, of: str, with_: str | tuple[str, ...] | None = None) -> None:
+        super().__init__(around)
         if not around.world.capabilities.contacts:
             raise CapabilityError("the world does not report contacts, so no contact force is known")
         scene = around.world.scene
-        self._engine, self._model = around.world.engine, scene.model(str(given["of"])).name
-        self._others = self._named(given.get("with"), scene)
+        self._engine, self._model = around.world.engine, scene.model(of).name
         self.name = f"the contact force of {self._model}"
-        if "with" in given:
-            self.name += f" with {' or '.join(sorted(self._others or ()))}"
-
-    @staticmethod
-    def _named(others: Any, scene: Any) -> frozenset[str] | None:
-        if others is None:
-            return None
-        listed = others if isinstance(others, (list, tuple)) else [others]
-        return frozenset(scene.model(str(one)).name for one in listed)
+        self._others: frozenset[str] | None = None
+        if with_ is not None:
+            names = (with_,) if isinstance(with_, str) else with_
+            self._others = frozenset(scene.model(one).name for one in names)
+            self.name += f" with {' or '.join(sorted(self._others))}"
 
     def read(self) -> float:
         total = 0.0
@@ -150,27 +139,27 @@ class Contact(Reading):
         return total
 
 
+_UNITS = {
+    "position": ("rad", "m"), "velocity": ("rad/s", "m/s"), "effort": ("Nm", "N"),
+}  # fmt: skip
+"""The units of quantities of joints that turn, and of those that slide."""
+
+
 class Joint(Reading):
     """The position (rad or m), velocity or effort (Nm or N) of a joint."""
 
-    _QUANTITIES = ("position", "velocity", "effort")
-
-    def __init__(self, arguments: Any, around: Surroundings) -> None:
-        super().__init__(arguments, around)
-        given = arguments_of(arguments, "joint", "name", "of", needed=["name"])
-        model, _, joint = str(given["name"]).partition("/")
+    def __init__(
+        self, around: Surroundings, name: str, of: Literal["position", "velocity", "effort"] = "position"
+    ) -> None:
+        super().__init__(around)
+        model, _, joint = name.partition("/")
         self._engine, self._model = around.world.engine, around.world.scene.model(model).name
-        self._quantity = str(given.get("of", "position"))
-        if self._quantity not in self._QUANTITIES:
-            hint = did_you_mean(self._quantity, self._QUANTITIES)
-            raise ExperimentError(f"joint: there is no quantity '{self._quantity}'{hint}")
-        names = [one.name for one in around.world.scene.model(model).joints if one.kind != "fixed"]
-        if joint not in names:
-            raise ExperimentError(f"'{model}' has no movable joint '{joint}'{did_you_mean(joint, names)}")
-        self._joint = joint
-        self.name = f"the {self._quantity} of {model}/{joint}"
+        kinds = {one.name: one.kind for one in around.world.scene.model(model).joints if one.kind != "fixed"}
+        if joint not in kinds:
+            raise ExperimentError(f"'{model}' has no movable joint '{joint}'{did_you_mean(joint, kinds)}")
+        self._joint, self._read = joint, attrgetter({"velocity": "velocities"}.get(of, f"{of}s"))
+        self.name, self.unit = f"the {of} of {name}", _UNITS[of][kinds[joint] == "prismatic"]
 
     def read(self) -> float:
         states = self._engine.joint_states(self._model)
-        values = {"position": states.positions, "velocity": states.velocities, "effort": states.efforts}
-        return float(values[self._quantity][states.names.index(self._joint)])
+        return float(self._read(states)[states.names.index(self._joint)])

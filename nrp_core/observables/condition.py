@@ -18,18 +18,27 @@ from nrp_core.units import NUMBER, factor
 _QUANTITY = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*\Z")
 
 
+def quantity_of(written: Any, unit: str = "") -> tuple[str, str]:
+    """Return a number as a text, and its own unit, which may be empty.
+
+    Raises:
+        ExperimentError: it is no number.
+    """
+    if isinstance(written, Real) and not isinstance(written, bool):
+        return str(written), ""
+    match = _QUANTITY.match(written) if isinstance(written, str) else None
+    if match is None:
+        raise ExperimentError(f"not a number{f' in {unit}' if unit else ''}: {written!r}")
+    return match[1], match[2]
+
+
 def value_in(written: Any, unit: str) -> float:
     """Return a number in a unit, as ``20``, or with its own as ``20 Hz``.
 
     Raises:
         ExperimentError: it is no number, or has a unit of another kind.
     """
-    if isinstance(written, Real) and not isinstance(written, bool):
-        return float(written)
-    match = _QUANTITY.match(written) if isinstance(written, str) else None
-    if match is None:
-        raise ExperimentError(f"not a number{f' in {unit}' if unit else ''}: {written!r}")
-    number, own = match.groups()
+    number, own = quantity_of(written, unit)
     if not own or own == unit:
         return float(number)
     try:

@@ -10,15 +10,13 @@ import numpy as np
 from nrp_core.brain.interface import Brain
 from nrp_core.clock import NS_PER_S
 from nrp_core.errors import ExperimentError
-from nrp_core.observables.observable import Observable, Surroundings, arguments_of
-from nrp_core.quantities import time_ns
-
-_WINDOW_NS = NS_PER_S
+from nrp_core.observables.observable import Observable, Surroundings
+from nrp_core.quantities import DurationNs
 
 
 class _OfBrain(Observable):
-    def __init__(self, arguments: Any, around: Surroundings) -> None:
-        self._around = around
+    def __init__(self, around: Surroundings, of: str) -> None:
+        self._around, self._of = around, of
 
     def _brain(self) -> Brain:
         if self._around.brain is None:
@@ -34,19 +32,16 @@ class Rate(_OfBrain):
 
     unit = "Hz"
 
-    def __init__(self, arguments: Any, around: Surroundings) -> None:
-        super().__init__(arguments, around)
-        given = arguments_of(arguments, "rate", "of", "window")
-        self._group = str(given["of"])
-        self._window_ns = time_ns(given["window"]) if "window" in given else _WINDOW_NS
-        self.name = f"the rate of {self._group}"
+    def __init__(self, around: Surroundings, of: str, window: DurationNs = NS_PER_S) -> None:
+        super().__init__(around, of)
+        self._window_ns, self.name = window, f"the rate of {of}"
         self._counts: deque[tuple[int, int]] = deque()
 
     def value(self, now_ns: int) -> float | None:
         assert self._around.spikes is not None
-        size = len(self._brain().network.neurons(self._group))
+        size = len(self._brain().network.neurons(self._of))
         if not self._counts or self._counts[-1][0] < now_ns:
-            self._counts.append((now_ns, self._around.spikes()[self._group]))
+            self._counts.append((now_ns, self._around.spikes()[self._of]))
         while len(self._counts) > 1 and self._counts[1][0] <= now_ns - self._window_ns:
             self._counts.popleft()
         since_ns, before = self._counts[0]
@@ -66,21 +61,21 @@ class Voltage(_OfBrain):
 
     unit = "mV"
 
-    def __init__(self, arguments: Any, around: Surroundings) -> None:
-        super().__init__(arguments, around)
-        self._group, self.name = str(arguments), f"the voltage of {arguments}"
+    def __init__(self, around: Surroundings, of: str) -> None:
+        super().__init__(around, of)
+        self.name = f"the voltage of {of}"
 
     def value(self, now_ns: int) -> float:
         brain = self._brain()
-        return float(np.mean(brain.read_state("v", brain.network.neurons(self._group))))
+        return float(np.mean(brain.read_state("v", brain.network.neurons(self._of))))
 
 
 class Weight(_OfBrain):
     """The mean weight of a projection, in the unit of its synapses (nA or uS)."""
 
-    def __init__(self, arguments: Any, around: Surroundings) -> None:
-        super().__init__(arguments, around)
-        self._projection, self.name = str(arguments), f"the weight of {arguments}"
+    def __init__(self, around: Surroundings, of: str) -> None:
+        super().__init__(around, of)
+        self.name = f"the weight of {of}"
 
     def value(self, now_ns: int) -> float:
-        return float(np.mean(self._brain().read_weights(self._projection)))
+        return float(np.mean(self._brain().read_weights(self._of)))

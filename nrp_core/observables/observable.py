@@ -7,8 +7,13 @@ from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
+from inspect import signature
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar, get_type_hints
+
+from pydantic import BaseModel, ConfigDict, ValidationError, WithJsonSchema, create_model
+from pydantic_core import ErrorDetails
 
 from nrp_core.brain.interface import Brain
 from nrp_core.errors import ExperimentError, did_you_mean
@@ -44,27 +49,23 @@ class Surroundings:
 class Observable(ABC):
     """A named number with a unit that a run has at each time.
 
-    Args:
-        arguments: as written behind its kind, such as ``husky`` in ``{height: husky}``.
-        around: the data that it can read.
+    A class is made of :class:`Surroundings` and the arguments behind its kind, such as ``husky`` in
+    ``{height: husky}``. The annotations of its parameters are the types of the arguments in files; an
+    underscore at the end of a name that is a word of Python is left out there.
 
     Attributes:
         name: its name in sentences.
         unit: the unit of its values; empty for fields of messages and shares.
 
     Raises:
-        ExperimentError: the arguments are not valid, or name something that does not exist.
+        ExperimentError: an argument names something that does not exist.
         CapabilityError: the world or the brain does not report data that it needs.
     """
 
-    unit: ClassVar[str] = ""
+    name: str
+    unit: str = ""
     hears: ClassVar[bool] = False
     """Whether messages change it, which :meth:`news` returns."""
-
-    @abstractmethod
-    def __init__(self, arguments: Any, around: Surroundings) -> None: ...
-
-    name: str
 
     @abstractmethod
     def value(self, now_ns: int) -> Any:
@@ -96,7 +97,7 @@ class Observable(ABC):
 class Reading(Observable):
     """An observable that is read from the engine, at each physics step if a condition needs it."""
 
-    def __init__(self, arguments: Any, around: Surroundings) -> None:
+    def __init__(self, around: Surroundings) -> None:
         self._world, self._last = around.world, 0.0
         self._seen: deque[tuple[int, float]] = deque()
 
@@ -121,12 +122,14 @@ class Reading(Observable):
         self._seen.clear()
 
 
+FileName = Annotated[Any, WithJsonSchema({"type": "string"})]
+"""The name of a file, beside the file in which it is written."""
+
+
 class OwnFunction(Observable):
     """A function of a user: it takes :class:`Surroundings` and returns a number, at each step of the loop."""
 
-    def __init__(self, arguments: Any, around: Surroundings) -> None:
-        given = arguments_of(arguments, "function", "file", "name", needed=["name"])
-        file, name = given["file"], str(given["name"])
+    def __init__(self, around: Surroundings, file: FileName, name: str) -> None:
         folder = file.folder if isinstance(file, TextFrom) else Path.cwd()
         path = (folder / str(file)).resolve()
         if not path.is_file():
@@ -146,9 +149,7 @@ class OwnFunction(Observable):
         return float(self._function(self._around))
 
 
-OBSERVABLES: Registry[Callable[[Any, Surroundings], Observable]] = Registry(
-    "nrp_core.observables", "observable"
-)
+OBSERVABLES: Registry[Callable[..., Observable]] = Registry("nrp_core.observables", "observable")
 
 
 def observable_of(written: Any, around: Surroundings) -> Observable:
@@ -164,14 +165,8 @@ def observable_of(written: Any, around: Surroundings) -> Observable:
         if name not in around.named:
             raise ExperimentError(f"there is no observable '{name}'{did_you_mean(name, around.named)}")
         written = around.named[name]
-    if not isinstance(written, Mapping) or len(written) != 1:
-        raise ExperimentError(f"an observable is a name or one 'kind: arguments', not {written!r:.60}")
-    ((kind, arguments),) = written.items()
-    if kind not in OBSERVABLES.names():
-        raise ExperimentError(
-            f"there is no observable of kind '{kind}'{did_you_mean(kind, OBSERVABLES.names())}"
-        )
-    found = OBSERVABLES.load(kind)(arguments, around)
+    kind, arguments = kind_and_arguments(written)
+    found = OBSERVABLES.load(kind)(around, *arguments)
     if not isinstance(found, Observable):
         raise ExperimentError(f"the observable '{kind}' is not made as one, but as {type(found).__name__}")
     found.name = name or found.name
@@ -183,32 +178,52 @@ def topic_of(name: str) -> str:
     return f"/observables/{name}"
 
 
-def unit_of(written: Any) -> str:
-    """Return the unit of an observable as it is written; empty if it has none or is not valid."""
-    kind = next(iter(written), "") if isinstance(written, Mapping) else ""
-    return str(getattr(OBSERVABLES.load(kind), "unit", "")) if kind in OBSERVABLES.names() else ""
+def kind_and_arguments(written: Any) -> tuple[str, Sequence[Any]]:
+    """Return the kind of a written observable, and the values of all its arguments in order.
 
-
-def arguments_of(
-    written: Any, kind: str, first: str, *others: str, needed: Sequence[str] = ()
-) -> dict[str, Any]:
-    """Return the arguments of an observable by name: a mapping, a list in order, or the first one alone.
+    They are written as a mapping, a list in order, or the first one alone.
 
     Raises:
-        ExperimentError: one is unknown or missing.
+        ExperimentError: the kind or an argument does not exist, or is missing or of another type.
     """
-    names = (first, *others)
-    if isinstance(written, Mapping):
-        given = {str(key): value for key, value in written.items()}
-    else:
-        listed = list(written) if isinstance(written, (list, tuple)) else [written]
-        given = dict(zip(names, listed, strict=False))
+    if not isinstance(written, Mapping) or len(written) != 1:
+        raise ExperimentError(f"an observable is a name or one 'kind: arguments', not {written!r:.60}")
+    ((kind, given),) = written.items()
+    kinds = OBSERVABLES.names()
+    if kind not in kinds:
+        raise ExperimentError(f"there is no observable of kind '{kind}'{did_you_mean(kind, kinds)}")
+    form = arguments_of(kind)
+    names = list(form.model_fields)
+    if not isinstance(given, Mapping):
+        listed = list(given) if isinstance(given, (list, tuple)) else [given]
         if len(listed) > len(names):
             raise ExperimentError(f"{kind}: {len(listed)} arguments for {', '.join(names)}")
-    for key in given:
-        if key not in names:
-            raise ExperimentError(f"{kind}: there is no argument '{key}'{did_you_mean(key, names)}")
-    for key in (first, *needed):
-        if key not in given:
-            raise ExperimentError(f"{kind}: needs '{key}'")
-    return given
+        given = dict(zip(names, listed, strict=False))
+    try:
+        read = form.model_validate(given)
+    except ValidationError as error:
+        first = min(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
+        raise ExperimentError(f"{kind}: {_fault(first, names)}") from None
+    return kind, [getattr(read, name) for name in names]
+
+
+def _fault(detail: ErrorDetails, names: Sequence[str]) -> str:
+    name = str(detail["loc"][0])
+    if detail["type"] == "extra_forbidden":
+        return f"there is no argument '{name}'{did_you_mean(name, names)}"
+    if detail["type"] == "missing":
+        return f"needs '{name}'"
+    return f"'{name}': {detail['msg'].removeprefix('Value error, ')}, not {detail['input']!r:.60}"
+
+
+@cache
+def arguments_of(kind: str) -> type[BaseModel]:
+    """Return the arguments of a kind of observable: the parameters of its class or function but the first."""
+    made = OBSERVABLES.load(kind)
+    hints = get_type_hints(made.__init__ if isinstance(made, type) else made, include_extras=True)
+    _, *parameters = signature(made).parameters.values()
+    fields: dict[str, Any] = {
+        one.name.rstrip("_"): (hints[one.name], ... if one.default is one.empty else one.default)
+        for one in parameters
+    }
+    return create_model(kind, __config__=ConfigDict(extra="forbid"), **fields)

@@ -9,7 +9,7 @@ from typing import Any
 from nrp_core.errors import TopicError
 from nrp_core.messages.base import type_name
 from nrp_core.observables.moments import LastMessage
-from nrp_core.observables.observable import Observable, Room, Surroundings, arguments_of
+from nrp_core.observables.observable import Observable, Room, Surroundings
 
 
 class Field(Observable):
@@ -24,17 +24,15 @@ class Field(Observable):
 
     hears = True
 
-    def __init__(self, arguments: Any, around: Surroundings) -> None:
-        given = arguments_of(arguments, "topic", "name", "field")
-        topic, path = str(given["name"]), str(given.get("field", "data"))
-        self._read, self.name = attrgetter(path), topic if path == "data" else f"{topic}.{path}"
-        subscription = around.world.subscribe(topic, depth=None)
+    def __init__(self, around: Surroundings, name: str, field: str = "data") -> None:
+        self._read, self.name = attrgetter(field), name if field == "data" else f"{name}.{field}"
+        subscription = around.world.subscribe(name, depth=None)
         self._last = LastMessage(subscription)
         try:
             self.example = self._read(subscription.topic.type())
         except AttributeError:
             kind = type_name(subscription.topic.type)
-            raise TopicError(f"{topic} carries {kind}, which has no field '{path}'") from None
+            raise TopicError(f"{name} carries {kind}, which has no field '{field}'") from None
 
     def value(self, now_ns: int) -> Any:
         stamped = self._last.at(now_ns)

@@ -125,22 +125,23 @@ class Switchboard:
         self.require_free(alias)
         self._aliases[alias] = self.info(topic).name
 
-    def declare(self, name: str, type_: type, unit: str = "") -> None:
+    def declare(self, name: str, type_: type) -> None:
         """Add a topic of the user, which carries only published messages.
 
         Args:
             name: the name.
             type_: the message class.
-            unit: of a message that is one number.
 
         Raises:
             TopicError: the name is taken.
         """
         self.require_free(name)
-        self._topics[name] = TopicInfo(
-            name, type_, Direction.BOTH, what="declared by the experiment", unit=unit
-        )
+        self._topics[name] = TopicInfo(name, type_, Direction.BOTH, what="declared by the experiment")
         self._bus[name] = []
+
+    def set_unit(self, name: str, unit: str) -> None:
+        """Set the unit of a declared topic, whose message is one number."""
+        self._topics[name] = replace(self._topics[name], unit=unit)
 
     def subscribe(self, topic: str, *, depth: int | None = 1) -> Subscription:
         """Subscribe to a topic.

@@ -173,9 +173,13 @@ class World(Overview, Simulation):
         self._board.add_alias(alias, topic)
 
     @checks_arguments()
-    def declare(self, name: str, type_: type, unit: str = "") -> None:
+    def declare(self, name: str, type_: type) -> None:
         """Add a topic of the user; see :meth:`.Switchboard.declare`."""
-        self._board.declare(name, type_, unit)
+        self._board.declare(name, type_)
+
+    def set_unit(self, name: str, unit: str) -> None:
+        """Set the unit of a declared topic; see :meth:`.Switchboard.set_unit`."""
+        self._board.set_unit(name, unit)
 
     @checks_arguments()
     def subscribe(self, topic: str, *, depth: int | None = 1) -> Subscription:

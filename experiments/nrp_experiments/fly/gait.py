@@ -82,8 +82,6 @@ for leg in LEGS:
 @nrp.MapSpikeSink("left", nrp.brain.MN9_left, nrp.population_rate, tau_fall=TAU_MS)
 @nrp.MapSpikeSink("right", nrp.brain.MN9_right, nrp.population_rate, tau_fall=TAU_MS)
 @nrp.MapRobotPublisher("proboscis", nrp.Topic("/fly/proboscis/cmd_pos", Float64))
-@nrp.Neuron2Robot(nrp.Topic("/fly/feeding", Float64))
+@nrp.Neuron2Robot()
 def eat(t, left, right, proboscis):
-    extended = (share(left) + share(right)) / 2
-    proboscis.send_message(Float64(EXTENDED * extended))
-    return Float64(extended)
+    proboscis.send_message(Float64(EXTENDED * (share(left) + share(right)) / 2))

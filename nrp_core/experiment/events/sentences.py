@@ -6,7 +6,7 @@ from numbers import Real
 from typing import Any
 
 from nrp_core.errors import TopicError
-from nrp_core.experiment.model.event_schema import START, Near, Observed, StaysWithin, TopicIs
+from nrp_core.experiment.model.event_schema import Near, Observed, StaysWithin, TopicIs
 from nrp_core.observables.bodies import Displacement, Distance
 from nrp_core.observables.condition import Condition, Sentence, value_in
 from nrp_core.observables.observable import Surroundings, observable_of
@@ -24,14 +24,14 @@ def near_sentence(near: Near, around: Surroundings) -> Sentence:
         CapabilityError: the visual is a mesh, or the world does not report poses of models.
     """
     target = near.visual or near.other or near.point
-    distance = Distance({"of": near.model, "to": target}, around)
+    assert target is not None  # as the section requires
+    distance = Distance(around, near.model, target)
     return Sentence(distance, Condition(below=near.within, reaches=True))
 
 
 def stays_sentence(stays: StaysWithin, around: Surroundings) -> Sentence:
     """Return the sentence of ``stays_within``: a displacement is at most so large."""
-    centre = {} if stays.of == START else {"from": stays.of}
-    displacement = Displacement({"of": stays.model, **centre}, around)
+    displacement = Displacement(around, stays.model, None if isinstance(stays.of, str) else stays.of)
     return Sentence(displacement, Condition(below=stays.distance, reaches=True))
 
 
@@ -42,7 +42,7 @@ def topic_sentence(wanted: TopicIs, around: Surroundings) -> Sentence:
         TopicError: the topic does not exist, its message lacks the field, or the values cannot be
             compared.
     """
-    field = Field({"name": wanted.name, "field": wanted.field}, around)
+    field = Field(around, wanted.name, wanted.field)
     field.name = wanted.name
     _require_comparable(wanted, field.example)
     return Sentence(field, Condition(wanted.above, wanted.below, wanted.equals))

@@ -17,7 +17,7 @@ from nrp_core.findings import Code, Level, has_errors
 from nrp_core.messages.base import type_name
 from nrp_core.messages.std_msgs import Float64
 from nrp_core.observables.moments import BetweenSteps
-from nrp_core.observables.observable import Observable, Surroundings, observable_of, topic_of, unit_of
+from nrp_core.observables.observable import Observable, Surroundings, observable_of, topic_of
 from nrp_core.observables.positions import GroundPositions
 from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World
@@ -39,9 +39,9 @@ def declare_own(experiment: Experiment, world: World, collector: Collector) -> b
     for name, kind in experiment.topics.items():
         with collector.during(Code.NRP212, "topics", name):
             world.declare(name, kind)
-    for name, written in experiment.observables.items():
+    for name in experiment.observables:
         with collector.during(Code.NRP212, "observables", name):
-            world.declare(topic_of(name), Float64, unit_of(written))
+            world.declare(topic_of(name), Float64)
     for alias, topic in experiment.aliases.items():
         with collector.during(Code.NRP212, "aliases", alias, level=_severity(experiment)):
             world.add_alias(alias, topic)
@@ -124,6 +124,7 @@ class Watch:
         for name in experiment.observables:
             with collector.during(Code.NRP213, "observables", name):
                 self.observables[name] = observable_of(name, self.around)
+                world.set_unit(topic_of(name), self.observables[name].unit)
         self._published = {name: world.advertise(topic_of(name)) for name in self.observables}
         self._values: dict[str, Any] = {}
         self._unspoilt = self._states()

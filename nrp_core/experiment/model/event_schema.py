@@ -3,18 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    GetJsonSchemaHandler,
+    PlainValidator,
+    WithJsonSchema,
+    model_validator,
+)
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
 
 from nrp_core.experiment.model.section import Name, Section, TopicName
-from nrp_core.quantities import DurationNs, LengthM, TimeNs, length_m, time_ns
+from nrp_core.observables.condition import quantity_of
+from nrp_core.observables.observable import OBSERVABLES, arguments_of, kind_and_arguments
+from nrp_core.quantities import DurationNs, LengthM, Point, TimeNs, length_m, time_ns
 
 START, END = "start", "end"
 """Points in time of every run; events cannot have these names."""
-
-Point = tuple[LengthM, LengthM]
-"""A place on the ground, x and y."""
 
 
 def _time_or_event(value: object) -> int | str:
@@ -96,18 +106,67 @@ class TopicIs(Section):
         return self
 
 
+@dataclass(frozen=True)
+class _ObservableSchema:
+    """The JSON Schema of each installed kind of observable with its arguments, or of a name."""
+
+    or_name: bool
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        kinds = {kind: arguments_of(kind).model_json_schema() for kind in OBSERVABLES.names()}
+        one_kind = {
+            "type": "object",
+            "properties": {
+                kind: {"anyOf": [form, *list(form["properties"].values())[:1], {"type": "array"}]}
+                for kind, form in kinds.items()
+            },
+            "additionalProperties": False,
+            "minProperties": 1,
+            "maxProperties": 1,
+        }
+        return {"anyOf": [{"type": "string"}, one_kind]} if self.or_name else one_kind
+
+
+def _known(written: Any) -> Any:
+    kind_and_arguments(written)
+    return written
+
+
+def _named_or_known(written: Any) -> Any:
+    return written if isinstance(written, str) else _known(written)
+
+
+ObservableForm = Annotated[Any, AfterValidator(_known), _ObservableSchema(or_name=False)]
+"""An observable as it is written: its kind and arguments."""
+
+
+def _quantity(written: Any) -> Any:
+    quantity_of(written)
+    return written
+
+
+Bound = Annotated[
+    Any,
+    AfterValidator(_quantity),
+    WithJsonSchema({"type": ["number", "string"], "examples": ["1 m"]}),
+]
+"""A number in the unit of an observable, or with a unit of its own."""
+
+
 class Observed(Section):
     """A condition on an observable."""
 
-    observable: Any = None
+    observable: Annotated[Any, AfterValidator(_named_or_known), _ObservableSchema(or_name=True)] = None
     """The name of an observable of the experiment, or its kind and arguments: ``{height: husky}``."""
-    above: Any = None
+    above: Bound = None
     """More than this, in the unit of the observable or with its own unit: ``1 m``."""
-    below: Any = None
+    below: Bound = None
     """Less than this."""
-    between: tuple[Any, Any] | None = None
+    between: tuple[Bound, Bound] | None = None
     """From the first to the second, both included."""
-    equals: Any = None
+    equals: Annotated[Any, WithJsonSchema({"type": ["number", "string", "boolean"]})] = None
     """Exactly this."""
 
     def _check_bounds(self) -> None:

@@ -34,7 +34,7 @@ from nrp_core.dsl.loading import Listing
 from nrp_core.dsl.messages import message_type
 from nrp_core.errors import did_you_mean
 from nrp_core.experiment.model.collector import Collector
-from nrp_core.experiment.model.event_schema import END, START, Criterion, Event
+from nrp_core.experiment.model.event_schema import END, START, Criterion, Event, ObservableForm
 from nrp_core.experiment.model.randomize_schema import RandomizeSection
 from nrp_core.experiment.model.section import (
     NAME_PATTERN,
@@ -424,7 +424,7 @@ class Experiment(Overview, Section):
     """More names for topics: ``alias: topic``."""
     events: dict[Name, Event] = Field(default_factory=dict)
     """Events, by name."""
-    observables: dict[Name, Any] = Field(default_factory=dict)
+    observables: dict[Name, ObservableForm] = Field(default_factory=dict)
     """Numbers that criteria, events, measures, environments and figures use, by name: ``{height: husky}``."""
     criteria: dict[Name, Criterion] = Field(default_factory=dict)
     """Criteria that must be met for the run to pass."""

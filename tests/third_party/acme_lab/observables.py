@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from nrp_core.observables import Observable, Surroundings
 
 
@@ -12,8 +10,8 @@ class Momentum(Observable):
 
     unit = "kg m/s"
 
-    def __init__(self, arguments: Any, around: Surroundings) -> None:
-        model = around.world.scene.model(str(arguments))
+    def __init__(self, around: Surroundings, of: str) -> None:
+        model = around.world.scene.model(of)
         self._engine, self._model = around.world.engine, model.name
         self._mass = sum(link.inertial.mass for link in model.links if link.inertial is not None)
         self.name = f"the momentum of {model.name}"

@@ -146,12 +146,12 @@ class Metric(ABC):
         needs_recording: whether it needs more of a run than its result and its settings.
     """
 
-    name: ClassVar[str]
-    title: ClassVar[str]
-    unit: ClassVar[str] = ""
+    name: str
+    title: str
+    unit: str = ""
     is_finding: ClassVar[bool] = False
     is_compared: ClassVar[bool] = True
-    margin: ClassVar[Margin] = Margin()
+    margin: Margin = Margin()
     needs_recording: ClassVar[bool] = True
 
     def resolution(self, run: RunSignals) -> float:

@@ -16,6 +16,7 @@ from nrp_lab.comparison.grid import GridCell, RunGrid
 from nrp_lab.comparison.judgement import Answer, Judgement, Relation, combined, controls_of
 from nrp_lab.comparison.measuring import judge
 from nrp_lab.comparison.metric import DistanceMetric, Margins, Metric, ScalarMetric
+from nrp_lab.comparison.shipped_metrics import ObservableValues, observables_of
 from nrp_lab.comparison.signals import RunSignals, incompleteness, missing_from
 
 
@@ -48,6 +49,7 @@ class GridDiff:
     ) -> GridDiff:  # fmt: skip
         """Measure, judge, and find where runs diverge."""
         name = str(next(iter(runs.values())).settings.get("name", grid.experiment))
+        metrics = [*metrics, *observables_of(runs.values())]
         return cls(
             name, grid, runs, judge(grid, runs, metrics, margins), _divergences(grid, runs), folder, engines
         )
@@ -152,7 +154,9 @@ class PairDiff:
         if not divergence.steps or end_s <= begin_s:
             because = "".join(f"; {flaw}" for flaw in flaws)
             raise ExperimentError(f"has no step in common with {other}{because}", path=one)
-        rows = [row for metric in metrics for row in _measured(metric, ours, theirs)]
+        whole = [one for one in metrics if type(one) is not ObservableValues]
+        measures = [*whole, *observables_of((ours, theirs))]
+        rows = [row for metric in measures for row in _measured(metric, ours, theirs)]
         left_out = [
             *_unlike(ours, theirs),
             *_left_out(one, runs[0], ours),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from math import atan2, cos, pi, sin
 from typing import Any
 
@@ -13,7 +13,14 @@ from nrp_core.experiment import Experiment
 from nrp_core.observables import topic_of
 from nrp_core.recording import Role, Series
 from nrp_core.world import Pose
-from nrp_lab.comparison.metric import DistanceMetric, Margin, ScalarMetric, dtw_distance, filtered_trains
+from nrp_lab.comparison.metric import (
+    DistanceMetric,
+    Margin,
+    Metric,
+    ScalarMetric,
+    dtw_distance,
+    filtered_trains,
+)
 from nrp_lab.comparison.signals import RunSignals
 
 
@@ -117,26 +124,63 @@ class ObservableValues(ScalarMetric):
     """The smallest, largest, mean and last value of each observable of the experiment."""
 
     name, title = "observables", "Values of observables"
-    is_compared = False
+    is_compared = False  # each alone is, as their units differ
 
     def parts(self, experiment: Experiment) -> Collection[str]:
         return [f"{name}.{how}" for name in experiment.observables for how in _REDUCTIONS]
 
     def values(self, run: RunSignals) -> Mapping[str, float | None]:
-        names = {topic_of(name): name for name in run.settings.get("observables") or {}}
-        found: dict[str, list[float]] = {name: [] for name in names.values()}
-        for recorded in run.recording.messages(names.keys() & run.recording.topics.keys()) if names else ():
-            found[names[recorded.topic]].append(recorded.message.data)
+        known = {name: run.held(one) for name, one in observable_series(run).items()}
+        found = {name: known[name][np.isfinite(known[name])] if name in known else () for name in _names(run)}
         return {
-            f"{name}.{how}": float(reduce(values)) if values else None
+            f"{name}.{how}": float(reduce(values)) if len(values) else None
             for name, values in found.items()
             for how, reduce in _REDUCTIONS.items()
         }
 
 
-_REDUCTIONS: Mapping[str, Callable[[list[float]], Any]] = {
-    "min": min, "max": max, "mean": np.mean, "last": lambda values: values[-1],
+class OneObservable(ObservableValues):
+    """The values of one observable, in its unit.
+
+    Args:
+        name: the name of the observable.
+        unit: its unit.
+    """
+
+    is_compared = True
+
+    def __init__(self, name: str, unit: str) -> None:
+        self._part, self.title, self.unit = f"{name}.", f"Observable {name}", unit
+        self.margin = Margin(at_least=_UNNOTICED.get(unit, 0.0))
+
+    def values(self, run: RunSignals) -> Mapping[str, float | None]:
+        return {part: one for part, one in super().values(run).items() if part.startswith(self._part)}
+
+    def resolution(self, run: RunSignals) -> float:
+        return 1e-9
+
+
+def observables_of(runs: Iterable[RunSignals]) -> list[Metric]:
+    """Return a metric for each observable that some of the runs recorded."""
+    found = {name: one for run in runs for name, one in observable_series(run).items()}
+    return [OneObservable(name, one.unit) for name, one in found.items()]
+
+
+def observable_series(run: RunSignals) -> dict[str, Series]:
+    """Return the values of each observable that a run recorded, by the name of the observable."""
+    recorded = {one.name: one for one in run.numbers.with_role(Role.PUBLISHED)}
+    return {name: recorded[topic_of(name)] for name in _names(run) if topic_of(name) in recorded}
+
+
+def _names(run: RunSignals) -> Collection[str]:
+    return (run.settings.get("observables") or {}).keys()
+
+
+_REDUCTIONS: Mapping[str, Callable[[FloatArray], Any]] = {
+    "min": np.min, "max": np.max, "mean": np.mean, "last": lambda values: values[-1],
 }  # fmt: skip
+_UNNOTICED = {"m": 0.01, "rad": 2 * pi / 180, "Hz": 1.0}
+"""Differences of observables that users of a robot do not notice, by unit."""
 _SMALL = 20
 """Populations up to this size are reported neuron by neuron."""
 _MAX_TRAINS = 50
