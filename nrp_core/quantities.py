@@ -9,9 +9,9 @@ import re
 from fractions import Fraction
 from typing import Annotated
 
-from pydantic import BeforeValidator, WithJsonSchema
+from pydantic import BeforeValidator, PlainValidator, WithJsonSchema
 
-from nrp_core.clock import NS_PER_S
+from nrp_core.clock import NS_PER_MS, NS_PER_S
 from nrp_core.errors import did_you_mean
 from nrp_core.units import NUMBER, factor
 
@@ -21,6 +21,8 @@ _LENGTH = {unit: float(factor(unit, "m")) for unit in ("mm", "cm", "m", "km")}
 _ANGLE = {unit: float(factor(unit, "rad")) for unit in ("rad", "deg")}
 
 _EXAMPLES = {"a time": "20 ms", "a rate": "20 Hz", "a length": "1.2 m", "an angle": "90 deg"}
+_FRACTION = re.compile(r"\s*(\d+)\s*/\s*([1-9]\d*)\s*([A-Za-zµ]+)\s*\Z")
+_SCRIPT_GRID_NS = Fraction(100_000)
 _LARGEST = 1e30  # not a number in any unit
 _LONGEST_NS = 2**63 - 1
 """The largest time in 64 bits: 292 years."""
@@ -70,6 +72,42 @@ def time_ns(value: object) -> int:
     return int(exact)
 
 
+class RoundedNs(int):
+    """A period of the loop, ns, that was rounded from another one.
+
+    Attributes:
+        written: the other one, as it is written in the file.
+    """
+
+    written: str
+
+
+def period_ns(value: object) -> int:
+    """Read a period of the loop: a time, a rate (``60 Hz``) or a fraction of a time (``1/60 s``).
+
+    A rate or fraction is rounded half up to 0.1 ms, the usual grid of brain scripts.
+
+    Raises:
+        ValueError: it cannot be read, or rounding changes it by more than 1 %.
+    """
+    fraction = _FRACTION.match(value) if isinstance(value, str) else None
+    if fraction is None and not (isinstance(value, str) and value.endswith("Hz")):
+        return _positive_ns(value)
+    if fraction is None:
+        rate = Fraction(parse(value, _RATE, "a rate", bare=None))
+        if rate <= 0:
+            raise ValueError(f"must be more than 0, not {value}")
+        exact = NS_PER_S / rate
+    else:
+        exact = Fraction(fraction[1]) / Fraction(fraction[2]) * time_ns(f"1 {fraction[3]}")
+    rounded = RoundedNs((exact + _SCRIPT_GRID_NS / 2) // _SCRIPT_GRID_NS * _SCRIPT_GRID_NS)
+    if abs(rounded - exact) * 100 >= exact:
+        near = f"{float(exact) / NS_PER_MS:.6g} ms, which is not within 1 % of a multiple of 0.1 ms"
+        raise ValueError(f"'{value}' is {near}, the grid of brain scripts")
+    rounded.written = str(value)
+    return int(rounded) if rounded == exact else rounded
+
+
 def length_m(value: object) -> float:
     """Read a length; a number without a unit is in metres."""
     return float(parse(value, _LENGTH, "a length", bare="m"))
@@ -116,6 +154,10 @@ DurationNs = Annotated[int, BeforeValidator(_positive_ns), _TIME_SCHEMA]
 """A positive time, kept in nanoseconds."""
 TimeNs = Annotated[int, BeforeValidator(_not_negative_ns), _TIME_SCHEMA]
 """A time of 0 or more, kept in nanoseconds."""
+PeriodNs = Annotated[
+    int, PlainValidator(period_ns), _schema("20 ms", "a time with its unit, a rate (60 Hz) or 1/60 s")
+]
+"""A period of the loop, kept in nanoseconds; see :func:`period_ns`."""
 RateHz = Annotated[float, _number(_RATE, "a rate", "Hz"), _schema("30 Hz", "a rate: Hz, kHz")]
 """A rate, kept in Hz."""
 LengthM = Annotated[float, BeforeValidator(length_m), _schema("1.2 m", "a length: mm, cm, m, km")]

@@ -24,7 +24,7 @@ from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Weight
 from nrp_core.findings.problems import is_warning
 from nrp_core.network.files.network_file import check_network_file, save_network
-from nrp_core.quantities import time_ns
+from nrp_core.quantities import RoundedNs, time_ns
 from nrp_core.recording.layout import Images, check_folder
 from nrp_core.running import open_checked_run
 from nrp_core.scripts import intercept_os_exit
@@ -134,10 +134,11 @@ class Session:
             if until_ns < 0:
                 raise ValueError(f"a run begins at 0 s, so it cannot stop at {self._request.until}")
             too_far_ns = until_ns % experiment.timestep
-            if too_far_ns and experiment.strict:
+            is_rounded = isinstance(experiment.timestep, RoundedNs)
+            if too_far_ns and experiment.strict and not is_rounded:
                 step = f"{milliseconds(experiment.timestep):g} ms"
                 raise ValueError(f"{self._request.until} is not a whole number of steps of {step}")
-            if too_far_ns:  # an experiment with the old platform's time step rounds up
+            if too_far_ns:  # with a rounded period, or the old platform's time step
                 until_ns += experiment.timestep - too_far_ns
         return seconds(until_ns)
 

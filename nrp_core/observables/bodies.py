@@ -17,6 +17,7 @@ class _OfPositions(Observable):
 
     unit = "m"
     kind: ClassVar[str]
+    _is_known = True
 
     def __init__(self, around: Surroundings, of: str) -> None:
         require_poses(around.world)
@@ -26,7 +27,7 @@ class _OfPositions(Observable):
         self.name = f"the {self.kind} of {self._model}"
 
     def unchanged_ns(self, room: Room) -> int | None:
-        return self._where.unchanged_ns(room(self.value(0)), *self._models)
+        return self._where.unchanged_ns(room(self.value(0)), *self._models) if self._is_known else None
 
 
 class Distance(_OfPositions):
@@ -57,20 +58,19 @@ class Displacement(_OfPositions):
     def __init__(self, around: Surroundings, of: str, from_: Point | None = None) -> None:
         super().__init__(around, of)
         self._centre = from_
+        self._is_known = from_ is not None
 
     def value(self, now_ns: int) -> float:
-        x, y = self._where.ground(self._model)
-        self._centre = self._centre or (x, y)
+        x, y, _ = self._where.poses[self._model].position
+        if self._centre is None:
+            self._centre, self._is_known = (x, y), True
         return hypot(x - self._centre[0], y - self._centre[1])
-
-    def unchanged_ns(self, room: Room) -> int | None:
-        return None if self._centre is None else super().unchanged_ns(room)
 
     def save(self) -> Any:
         return self._centre
 
     def restore(self, saved: Any) -> None:
-        self._centre = saved
+        self._centre, self._is_known = saved, saved is not None
 
 
 class Height(_OfPositions):

@@ -80,8 +80,10 @@ class Condition:
 
     def room(self, value: Any) -> float:
         """Return how much a value may change before it can pass a bound."""
-        bounds = [bound for bound in (self.above, self.below) if bound is not None]
-        return min((abs(value - bound) for bound in bounds), default=0.0)
+        above, below = self.above, self.below
+        if above is None or below is None:
+            return 0.0 if above is below else abs(value - (below if above is None else above))
+        return min(abs(value - above), abs(value - below))
 
     def text(self, unit: str = "") -> str:
         """Return the condition in words, such as ``above 1 m``."""

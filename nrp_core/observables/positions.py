@@ -114,13 +114,14 @@ class GroundPositions:
 
     def __init__(self, world: World, period_ns: int = 0) -> None:
         self._world, self._period_ns = world, period_ns
+        self._are_reported = world.capabilities.poses
         self._scene: Scene | None = None
         self.poses: Poses = {}
         self.refresh()
 
     def refresh(self) -> None:
         """Read the present poses; those of static models change only with the scene."""
-        if not self._world.capabilities.poses:
+        if not self._are_reported:
             return
         engine = self._world.engine
         if engine.scene is not self._scene:

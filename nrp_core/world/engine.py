@@ -306,6 +306,10 @@ class Engine(JointCommands):
         """Return the state of a model's joints."""
         return self._do_joint_states(model)
 
+    def joint_positions(self, model: str) -> FloatArray:
+        """Return the positions in :meth:`joint_states`, rad or m, shape ``(n,)``."""
+        return self.joint_states(model).positions
+
     @final
     def frames(self, paths: Sequence[BodyPath]) -> ReadFrames:
         """Return a function that writes the poses of bodies; valid for the current scene."""

@@ -8,6 +8,7 @@ import pytest
 import nrp_core
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment import Run, load_experiment
+from nrp_core.experiment.reading.reader import experiment_schema
 from nrp_core.observables.condition import Condition, value_in
 from nrp_core.recording import FilesRead, Recording, Replay, ReplayRequest
 
@@ -99,6 +100,11 @@ def test_a_recording_has_the_observables_and_a_replay_the_same(experiment: Path,
         ("above: 50 cm, by: 2 s", "above: 3 Hz", "'3 Hz' is not in m"),
         ("{displacement: ball}", "{displacment: ball}", "no observable of kind 'displacment'"),
         ("{displacement: ball}", "{displacement: bal}", "'bal'"),
+        ("{displacement: ball}", "{displacement: [ball, [0, 0], 1]}", "3 arguments for of, from"),
+        ("{displacement: ball}", "{displacement: {of: ball, from: [1 kg, 0]}}", "'kg' is not a unit"),
+        ("{displacement: ball}", "{joint: {name: ball/a, of: sped}}", "'position', 'velocity' or 'effort'"),
+        ("window: 500 ms", "window: 500", "a time needs a unit"),
+        ("above: 50 cm, by: 2 s", "above: [1]", r"not a number: \[1\]"),
         ("with: wall", "wth: wall", "no argument 'wth'; did you mean 'with'"),
         ("name: speed", "name: sped", "no function 'sped'"),
         (
@@ -142,3 +148,31 @@ def test_a_bound_may_have_another_unit_of_the_same_kind() -> None:
     assert (value_in("20 cm", "m"), value_in("0.4 kHz", "Hz"), value_in(3, "N")) == (0.2, 400.0, 3.0)
     with pytest.raises(ExperimentError, match="cannot be converted"):
         value_in("20 cm", "N")
+
+
+def test_the_schema_has_each_kind_with_its_arguments() -> None:
+    named = experiment_schema()["properties"]["observables"]["patternProperties"]
+    ((observables, _null),) = (each["anyOf"] for each in named.values())
+    forms = {kind: form["anyOf"][0] for kind, form in observables["properties"].items()}
+    assert not observables["additionalProperties"]
+    assert set(forms) >= {"contact", "displacement", "distance", "function", "height", "joint", "rate"}
+    assert list(forms["contact"]["properties"]) == ["of", "with"]
+    assert forms["joint"]["properties"]["of"]["enum"] == ["position", "velocity", "effort"]
+
+
+@pytest.mark.parametrize("world", ["mujoco", "pybullet"])
+def test_a_loop_at_60_hz_says_what_was_rounded_and_is_replayed(
+    experiment: Path, tmp_path: Path, world: str
+) -> None:
+    changes = ["timestep=1/60 s", f"world.backend={world}"]
+    with Run(load_experiment(experiment, changes)) as run:
+        assert run.world.capabilities.step_ns == 1_670_000
+        (note,) = [one for one in run.problems if one.code.name == "NRP372"]
+    assert note.message.endswith(
+        "timestep: '1/60 s' is rounded to 16.7 ms, and the duration to 2.004 s, 120 steps; the physics step "
+        "is 1.67 ms, not 2 ms"
+    )
+    result = nrp_core.run(experiment, changes, record=tmp_path / "r")
+    assert (result.sim_time_s, result.steps) == (2.004, 120)
+    with FilesRead() as files, Replay(Recording(tmp_path / "r"), ReplayRequest(), files=files) as again:
+        assert again.go().difference is None

@@ -8,7 +8,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 
-from nrp_core.quantities import AngleRad, DurationNs, LengthM, RateHz, TimeNs, length_text
+from nrp_core.quantities import (
+    AngleRad,
+    DurationNs,
+    LengthM,
+    RateHz,
+    RoundedNs,
+    TimeNs,
+    length_text,
+    period_ns,
+)
 
 
 class Everything(BaseModel):
@@ -75,3 +84,38 @@ def test_times_are_exact(n: int) -> None:
 )
 def test_short_lengths_are_shown_in_millimetres(length: float, text: str) -> None:
     assert length_text(length) == text
+
+
+@pytest.mark.parametrize(
+    ("written", "ns", "is_rounded"),
+    [
+        ("60 Hz", 16_700_000, True),
+        ("1/60 s", 16_700_000, True),
+        ("1000/60 ms", 16_700_000, True),
+        ("30 Hz", 33_300_000, True),
+        ("50 Hz", 20_000_000, False),
+        ("1/50 s", 20_000_000, False),
+        ("1 kHz", 1_000_000, False),
+        ("20 ms", 20_000_000, False),
+    ],
+)
+def test_a_period_may_be_a_rate_or_a_fraction(written: str, ns: int, is_rounded: bool) -> None:
+    found = period_ns(written)
+    assert (found, isinstance(found, RoundedNs)) == (ns, is_rounded)
+
+
+@given(st.integers(1, 100_000))
+def test_a_period_is_rounded_by_less_than_one_percent_or_refused(rate: int) -> None:
+    try:
+        found = period_ns(f"{rate} Hz")
+    except ValueError:
+        assert min(abs(10_000 - n * rate) for n in (10_000 // rate, 10_000 // rate + 1)) * 100 >= 10_000
+    else:
+        assert found % 100_000 == 0
+        assert abs(found * rate - 10**9) * 100 < 10**9
+
+
+@pytest.mark.parametrize("written", ["700 Hz", "0 Hz", "-60 Hz", "1/0 s", "1/60 parsec", "1/60", "60"])
+def test_a_period_that_cannot_be_met_is_refused(written: str, golden: Golden) -> None:
+    with golden.raises(ValueError):
+        period_ns(written)

@@ -96,12 +96,13 @@ class PybulletEngine(JointedEngine):
 
     def _forget_motions(self) -> None:
         self._muscles.forget()
-        for joints in self._joints.values():
-            joints.forget()
+        for name in self._bounds:  # those with joints
+            self._joints[name].forget()
 
     def check_state(self, t_ns: int) -> None:
-        if not all(base.is_possible() for base in self._bases):  # faster than a check of each motion
-            super().check_state(t_ns)
+        for base in self._bases:
+            if not base.is_possible():  # faster than a check of each motion
+                super().check_state(t_ns)
         for name, bounds in self._bounds.items():
             if not self._joints[name].are_within(bounds):
                 bounds.require(self._joints[name].states(), t_ns)
@@ -125,6 +126,9 @@ class PybulletEngine(JointedEngine):
 
     def retarget(self, model: str, targets: JointTargets) -> bool:
         return self._control.retarget(model, targets)
+
+    def joint_positions(self, model: str) -> FloatArray:
+        return self._joints[model].positions()
 
     def _do_joint_states(self, model: str) -> JointStates:
         states = super()._do_joint_states(model)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from math import isfinite
-from operator import mul
+from operator import itemgetter, mul
+from typing import Any
 
 import numpy as np
 
@@ -133,22 +134,30 @@ class JointReader:
         self._links = [place.link for place in self._places]
         trees = {place.multibody if place.axis is None else None for place in self._places}
         self._tree = trees.pop() if len(trees) == 1 else None  # the only one, without ball joints
-        self._last: FloatArray | None = None
+        self.forget()
 
     def forget(self) -> None:
         """Read the motions again, because the bodies have moved."""
-        self._last = None
+        self._last: FloatArray | None = None
+        self._rows: Sequence[Any] | None = None
 
     def are_within(self, bounds: JointBounds) -> bool:
-        """Return whether positions and velocities are possible; it does not keep them, which takes longer."""
-        if self._last is not None or self._tree is None:
+        """Return whether positions and velocities are possible."""
+        if self._tree is None:
             positions, velocities, _ = self._now()
             return bounds.contain(positions, velocities)
-        rows = bullet.getJointStates(self._tree, self._links, self._client)
-        return all(
-            low <= row[0] <= high and -MOST_RATE < row[1] < MOST_RATE
-            for row, (low, high) in zip(rows, bounds.spans, strict=True)
-        )
+        if self._rows is None:
+            self._rows = bullet.getJointStates(self._tree, self._links, self._client)
+        for row, (low, high) in zip(self._rows, bounds.spans, strict=True):
+            if not (low <= row[0] <= high and -MOST_RATE < row[1] < MOST_RATE):
+                return False
+        return True
+
+    def positions(self) -> FloatArray:
+        """Return the positions, shape ``(n,)``."""
+        if self._rows is None:
+            return self._now()[0].copy()
+        return np.array([*map(itemgetter(0), self._rows)])
 
     def states(self) -> JointStates:
         """Return positions, velocities and efforts; the efforts are those of the last physics step."""
@@ -163,15 +172,14 @@ class JointReader:
     def _now(self) -> FloatArray:
         """Return positions, velocities and efforts of the motors, shape ``(3, n)``."""
         if self._last is None:
-            self._last = np.array(list(self._rows())).reshape(-1, 3).T
+            if self._tree is not None and self._rows is None:
+                self._rows = bullet.getJointStates(self._tree, self._links, self._client)
+            rows = list(self._each()) if self._rows is None else [*map(itemgetter(0, 1, 3), self._rows)]
+            self._last = np.array(rows).reshape(-1, 3).T
         return self._last
 
-    def _rows(self) -> Iterator[tuple[float, float, float]]:
+    def _each(self) -> Iterator[tuple[float, float, float]]:
         """Yield position, velocity and effort of each coordinate."""
-        if self._tree is not None:
-            for position, velocity, _, effort in bullet.getJointStates(self._tree, self._links, self._client):
-                yield position, velocity, effort
-            return
         for place in self._places:
             where = place.multibody, place.link
             if place.axis is None:

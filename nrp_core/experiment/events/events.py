@@ -189,6 +189,9 @@ class Events:
     follow between two steps of the loop, so that a message published at ``t`` acts from ``t`` on. Events at
     the same time happen in the order in which they were added, but an event that waits for another one comes
     after it.
+
+    Attributes:
+        waiting: the conditions of events that can happen between two steps of the loop.
     """
 
     def __init__(self) -> None:
@@ -220,6 +223,7 @@ class Events:
         times, states = saved
         self._times = dict(times)
         self._waiting = {name: event for name, event in self._all.items() if name not in times}
+        self._list_waiting()
         for name, (condition, _) in self._waiting.items():
             if isinstance(condition, AllOf):
                 condition.restore(states.get(name, self._unspoilt[name]))
@@ -236,13 +240,12 @@ class Events:
             actions: its actions, in order.
         """
         self._all[name] = self._waiting[name] = condition, actions
+        self._list_waiting()
         if isinstance(condition, AllOf):
             self._unspoilt[name] = condition.save()
 
-    @property
-    def waiting(self) -> list[AllOf]:
-        """The conditions of events that can happen between two steps of the loop."""
-        return [condition for condition, _ in self._waiting.values() if isinstance(condition, AllOf)]
+    def _list_waiting(self) -> None:
+        self.waiting = [one for one, _ in self._waiting.values() if isinstance(one, AllOf)]
 
     def fire_due(self, now_ns: int, changed: Container[object] | None = None) -> list[str]:
         """Execute all events that are due at a moment; return their names, in order.
@@ -252,18 +255,26 @@ class Events:
             changed: between two steps of the loop, the conditions that may have changed.
         """
         fired: list[str] = []
-        looked_at = {
-            name: holds
-            for name, (holds, _) in self._waiting.items()
-            if changed is None or holds in changed or (isinstance(holds, AllOf) and holds.is_consequence)
-        }
-        while due := [
-            name for name, holds in looked_at.items() if name in self._waiting and holds(now_ns, self._times)
-        ]:
+        looked_at = list(self._waiting)
+        if changed is not None:
+            conditions = {name: self._waiting[name][0] for name in looked_at}
+            looked_at = [
+                name
+                for name, holds in conditions.items()
+                if holds in changed or (isinstance(holds, AllOf) and holds.is_consequence)
+            ]
+        while True:
+            due = []
+            for name in looked_at:  # in each step: no comprehension, which is one more call
+                event = self._waiting.get(name)
+                if event is not None and event[0](now_ns, self._times):
+                    due.append(name)
+            if not due:
+                return fired
             for name in due:
                 _, actions = self._waiting.pop(name)
                 self._times[name] = now_ns
                 for action in actions:
                     action()
+            self._list_waiting()
             fired += due
-        return fired

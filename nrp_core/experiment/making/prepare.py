@@ -9,6 +9,7 @@ import traceback
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial, reduce
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +33,7 @@ from nrp_core.experiment.model.experiment import BackendSection, Build, Experime
 from nrp_core.experiment.model.section import Key
 from nrp_core.findings import Code, Finding, Findings, Level, has_errors
 from nrp_core.network.data import Network
-from nrp_core.quantities import unit_of
+from nrp_core.quantities import RoundedNs, unit_of
 from nrp_core.registry import Registry
 from nrp_core.scene.clearance import with_clearance
 from nrp_core.scene.devices import Noise
@@ -96,6 +97,8 @@ def make_parts(
     collector = Collector(experiment.source)
     brain = select_backend(collector, brains(), "brain", experiment.brain)
     world = select_backend(collector, worlds(), "world", experiment.world)
+    if world is not None and isinstance(experiment.timestep, RoundedNs):
+        world = _with_dividing_step(experiment, experiment.timestep, world, collector)
     _require_steps(experiment, brain, world, collector)
     _require_events(experiment, collector)
     experiment, parameters = with_parameters(experiment, collector)
@@ -127,6 +130,26 @@ def select_backend(
         with named_errors(section.backend, "report its capabilities"):
             return Side(backend, options, backend.capabilities(options))
     return None
+
+
+def _with_dividing_step(
+    experiment: Experiment, period_ns: RoundedNs, world: Side[WorldBackend], collector: Collector
+) -> Side[WorldBackend]:
+    """Return a world whose step divides a rounded period, the longest up to its own; say what was rounded."""
+    own_ns = step_ns = world.capabilities.step_ns
+    if own_ns and period_ns % own_ns and "timestep" in type(world.options).model_fields:
+        steps = next(n for n in count(-(-period_ns // own_ns)) if period_ns % n == 0)
+        step_ns = period_ns // steps
+        options = world.options.model_copy(update={"timestep": step_ns})
+        world = Side(world.backend, options, world.backend.capabilities(options))
+    physics = f"; the physics step is {milliseconds(step_ns):g} ms, not {milliseconds(own_ns):g} ms"
+    message = (
+        f"timestep: '{period_ns.written}' is rounded to {milliseconds(period_ns):g} ms, and the duration to "
+        f"{seconds(experiment.duration):g} s, {experiment.duration // period_ns} steps"
+        f"{physics if step_ns != own_ns else ''}"
+    )
+    collector.add(Code.NRP372, message, "timestep", level=Level.NOTE)
+    return world
 
 
 def _require_steps(

@@ -166,16 +166,17 @@ class Watch:
     def evaluate(self, now_ns: int) -> None:
         """Process the time that the world has reached; called once for each time."""
         self.where.refresh()
-        judges = self._judges.values()
+        judges, times = self._judges.values(), self.events.times
         for moment_ns, changed in self._between.moments(now_ns, (*self.events.waiting, *judges)):
             self.events.fire_due(moment_ns, changed)
             for judge in judges:
                 if judge in changed:
-                    judge.evaluate(moment_ns, self.events.times, between=True)
+                    judge.evaluate(moment_ns, times, between=True)
         self.events.fire_due(now_ns)
         for judge in judges:
-            judge.evaluate(now_ns, self.events.times)
-        self._measure(now_ns)
+            judge.evaluate(now_ns, times)
+        if self.observables:
+            self._measure(now_ns)
         self._between.plan(now_ns, (*self.events.waiting, *judges))
 
     def _measure(self, now_ns: int) -> None:

@@ -116,6 +116,8 @@ class _ObservableSchema:
         self, core: CoreSchema, handler: GetJsonSchemaHandler
     ) -> JsonSchemaValue:
         kinds = {kind: arguments_of(kind).model_json_schema() for kind in OBSERVABLES.names()}
+        for form in kinds.values():
+            form.pop("required", None)  # a file that extends another need not repeat it
         one_kind = {
             "type": "object",
             "properties": {

@@ -54,7 +54,7 @@ from nrp_core.findings.removed_codes import removed_in
 from nrp_core.network.data import Network
 from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_in_groups, read_parameters
 from nrp_core.paths import ExistingFile, ExistingFolder, existing_file
-from nrp_core.quantities import AngleRad, DurationNs, LengthM, RateHz, time_ns
+from nrp_core.quantities import AngleRad, DurationNs, LengthM, PeriodNs, RateHz, RoundedNs, time_ns
 from nrp_core.scene.devices import Pid
 from nrp_core.scene.model import Model, Scene
 from nrp_core.scene.rigid import Pose
@@ -404,8 +404,8 @@ class Experiment(Overview, Section):
     """Name of the experiment."""
     description: str = ""
     """Description for readers."""
-    timestep: DurationNs = 20_000_000
-    """Period of the closed loop."""
+    timestep: PeriodNs = 20_000_000
+    """Period of the closed loop; a rate or fraction, ``60 Hz`` or ``1/60 s``, is rounded to 0.1 ms."""
     duration: DurationNs
     """Simulated time of a run."""
     seed: StrictInt = 0
@@ -473,6 +473,8 @@ class Experiment(Overview, Section):
     @classmethod
     def _whole_steps(cls, duration: int, before: ValidationInfo) -> int:
         timestep = before.data.get("timestep")
+        if isinstance(timestep, RoundedNs):
+            return max(1, (2 * duration + timestep) // (2 * timestep)) * timestep
         if timestep and duration % timestep:
             raise ValueError(
                 f"{milliseconds(duration):g} ms must be a multiple of the time step, "

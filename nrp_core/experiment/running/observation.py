@@ -183,7 +183,7 @@ class Observation:
     def __init__(self, experiment: Experiment, scene: Scene, world: World, collector: Collector) -> None:
         self.watch = Watch(experiment, world, collector)
         self._robots, self._world = experiment.world.robots, world
-        self._jointed: dict[str, bool] = {}
+        self._scene: Scene | None = None
         self.falls = FallWatch(scene, self._robots, world.capabilities)
         self._begin()
 
@@ -215,7 +215,7 @@ class Observation:
             self._looked_at_ns = now_ns
             self.watch.evaluate(now_ns)
             self.digest.add(*self._state())
-            self.falls.check(now_ns, self.poses())
+            self.falls.check(now_ns, self.watch.where.poses)
 
     def poses(self) -> dict[str, Pose]:
         """Return the poses of the present robots; a robot may be missing after an error or a deletion."""
@@ -224,21 +224,28 @@ class Observation:
 
     def _state(self) -> tuple[list[Pose], list[FloatArray]]:
         """Return the poses of all models that can move, and the positions of their joints."""
-        where, engine = self.watch.where, self._world.engine
-        moving = [one for one in self._world.scene.models if not one.static and one.name in where]
-        joints = [engine.joint_states(one.name).positions for one in moving if self._has_joints(one)]
-        return [where.pose(one.name) for one in moving], joints
+        poses, engine = self.watch.where.poses, self._world.engine
+        if engine.scene is not self._scene:
+            self._scene = engine.scene
+            self._moving = [model.name for model in self._scene.models if not model.static]
+            self._jointed = [model.name for model in self._scene.models if self._has_joints(model)]
+        seen, joints = [], []
+        for name in self._moving:
+            if name in poses:
+                seen.append(poses[name])  # noqa: PERF401  in each step: a comprehension is one more call
+        for name in self._jointed:
+            if name in poses:
+                joints.append(engine.joint_positions(name))  # noqa: PERF401  as above
+        return seen, joints
 
     def _has_joints(self, model: Model) -> bool:
         """Return whether a model has joints that move, and the engine reports them."""
-        if model.name not in self._jointed:
-            self._jointed[model.name] = any(joint.coordinates for joint in model.joints)
-            if self._jointed[model.name]:
-                try:
-                    self._world.engine.joint_states(model.name)
-                except CapabilityError:
-                    self._jointed[model.name] = False
-        return self._jointed[model.name]
+        if model.static or model.name not in self.watch.where:
+            return False
+        try:
+            return bool(len(self._world.engine.joint_states(model.name).names))
+        except CapabilityError:
+            return False
 
     def reset(self) -> None:
         """Reset to time 0."""
@@ -270,9 +277,12 @@ class TrajectoryDigest:
 
     def add(self, poses: Iterable[Pose], joints: Iterable[FloatArray]) -> None:
         """Add the poses of models and the positions of joints after one more step."""
-        data = b"".join(struct.pack("<7d", *pose.position, *pose.orientation) for pose in poses)
-        data += b"".join(np.ascontiguousarray(each, "<f8").tobytes() for each in joints)
-        self.state = hashlib.blake2b(self.state + data, digest_size=16).digest()
+        state = hashlib.blake2b(self.state, digest_size=16)
+        for pose in poses:
+            state.update(struct.pack("<7d", *pose.position, *pose.orientation))
+        for each in joints:
+            state.update(np.ascontiguousarray(each, "<f8"))
+        self.state = state.digest()
 
     def hexdigest(self) -> str:
         """Return the digest so far."""

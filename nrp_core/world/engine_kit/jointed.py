@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal, Protocol
 
 from pydantic import Field
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import BackendLoadError
@@ -202,6 +203,9 @@ class JointedEngine(Engine):
             owner = self.scene.model(model)
             self._links[path] = self._motion_of(owner, owner.link(link))
         return self._links[path]()
+
+    def joint_positions(self, model: str) -> FloatArray:
+        return self._joints[model].states().positions
 
     def _do_joint_states(self, model: str) -> JointStates:
         return self._joints[model].states()

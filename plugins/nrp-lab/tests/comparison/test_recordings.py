@@ -75,7 +75,8 @@ flipped = copies_with_bugs:FlippedSynapses
 large_wheels = copies_with_bugs:LargeWheels
 mirrored = copies_with_bugs:Mirrored
 """
-SETTINGS = ("world.options.image_scale=0.1", "events.left_red.at=0.5 s", "duration=2 s")
+SETTINGS = ("world.options.image_scale=0.1", "events.left_red.at=0.5 s", "duration=2 s",
+            "observables={moved: {displacement: husky}}")  # fmt: skip
 SEEDS = 4
 BRAINS, WORLDS = ("event", "same", "late", "flipped"), ("mujoco", "large_wheels")
 
@@ -100,6 +101,16 @@ def diff(copies: None, tmp_path_factory: pytest.TempPathFactory) -> GridDiff:
     grid = RunGrid.of("braitenberg_husky", BRAINS, WORLDS, SEEDS, SETTINGS)
     runs = run_grid(grid, folder, 1, lambda done, total, last: None)
     return GridDiff.of(grid, runs, all_metrics(), Margins(), folder)
+
+
+def test_an_observable_is_compared_in_its_own_unit(diff: GridDiff) -> None:
+    (judged,) = [one for one in diff.judgements if one.metric.name == "observables"]
+    assert (judged.metric.title, judged.metric.unit) == ("Observable moved", "m")
+    assert [part.name for part in judged.parts] == ["moved.min", "moved.max", "moved.mean", "moved.last"]
+    cells = {(one.brain, one.world): one.values for one in judged.parts[1].cells}
+    assert len(cells["event", "mujoco"]) == SEEDS
+    assert cells["event", "mujoco"] == cells["same", "mujoco"] != cells["event", "large_wheels"]
+    assert all(0.1 < value < 5.0 for value in cells["event", "mujoco"])
 
 
 def part_of(diff: GridDiff, metric: str, part: str) -> JudgedPart:
