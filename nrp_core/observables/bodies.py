@@ -130,10 +130,10 @@ class Contact(Reading):
 
     def read(self) -> float:
         total = 0.0
-        for touch, _ in self._engine.touches():
-            models = [body[0] for body in touch.bodies]
-            if self._model in models:
-                other = models[1] if models[0] == self._model else models[0]
+        for touch in self._engine.contacts():
+            (one, *_), (other, *_) = touch.bodies
+            if self._model in (one, other):
+                other = one if other == self._model else other
                 if self._others is None or other in self._others:
                     total += dist((0.0, 0.0, 0.0), touch.force)
         return total

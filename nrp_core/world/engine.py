@@ -372,6 +372,11 @@ class Engine(JointCommands):
         return self._collisions().named(found)
 
     @final
+    def contacts(self) -> Sequence[Touch]:
+        """Return the contacts without the names of collisions, which take longer."""
+        return self._do_touches()
+
+    @final
     def joint_wrench(self, model: str, joint: str) -> Wrench:
         """Return the wrench of a joint's child on its parent, at the child link's origin."""
         return self._do_joint_wrench(model, joint)

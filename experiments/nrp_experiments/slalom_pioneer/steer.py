@@ -4,6 +4,7 @@ import hbp_nrp_client.tf_framework as nrp
 import numpy as np
 from geometry_msgs.msg import Twist, Vector3
 from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Float64
 
 CELLS = 10
 REACH = 1.1  # m, the range of the feelers
@@ -15,8 +16,9 @@ TRACK = 0.331  # m between the wheels
 @nrp.MapRobotSubscriber("scan", nrp.Topic("/pioneer/scan", LaserScan))
 @nrp.MapSpikeSource("left", nrp.brain.feelers[:CELLS], nrp.poisson, weight=6.0)
 @nrp.MapSpikeSource("right", nrp.brain.feelers[CELLS:], nrp.poisson, weight=6.0)
+@nrp.MapRobotPublisher("clearance", nrp.Topic("/pioneer/clearance", Float64))
 @nrp.Robot2Neuron(triggers=["scan"])
-def feel(t, scan, left, right):
+def feel(t, scan, left, right, clearance):
     """Drive the feelers by the distances of obstacles, ahead most strongly; beams run from right to left."""
     beams = scan.value
     ranges = np.clip(beams.ranges, 0.0, beams.range_max)
@@ -24,6 +26,7 @@ def feel(t, scan, left, right):
     felt = np.clip(1.0 - ranges / REACH, 0.0, 1.0) * np.cos(angles) ** 2
     aside = beams.angle_increment / 2  # a beam straight ahead is on neither side
     right.rate, left.rate = RATE * felt[angles < -aside].max(), RATE * felt[angles > aside].max()
+    clearance.send_message(Float64(float(ranges.min())))
 
 
 @nrp.MapSpikeSink("left", nrp.brain.wheels[:CELLS], nrp.population_rate, tau_fall=50.0)

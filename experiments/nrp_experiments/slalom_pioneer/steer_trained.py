@@ -4,6 +4,7 @@ import hbp_nrp_client.tf_framework as nrp
 import numpy as np
 from geometry_msgs.msg import Twist, Vector3
 from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Float64
 
 from nrp_experiments.slalom_pioneer.sectors import SECTORS, sectors
 
@@ -17,13 +18,15 @@ TRACK = 0.331  # m between the wheels
 @nrp.MapSpikeSource(
     "feelers", nrp.map_neurons(SECTORS, lambda i: nrp.brain.feelers[i]), nrp.poisson, weight=1.0
 )
+@nrp.MapRobotPublisher("clearance", nrp.Topic("/pioneer/clearance", Float64))
 @nrp.Robot2Neuron(triggers=["scan"])
-def feel(t, scan, feelers):
+def feel(t, scan, feelers, clearance):
     """Drive the inputs by the nearness of obstacles."""
     beams = scan.value
     ranges = np.clip(beams.ranges, 0.0, beams.range_max)
     angles = beams.angle_min + beams.angle_increment * np.arange(len(ranges))
     feelers.rate = (RATE * sectors(ranges, angles)).tolist()
+    clearance.send_message(Float64(float(ranges.min())))
 
 
 @nrp.MapSpikeSink("left", nrp.brain.wheels[:CELLS], nrp.population_rate, tau_fall=50.0)
