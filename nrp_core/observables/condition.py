@@ -82,8 +82,8 @@ class Condition:
         """Return how much a value may change before it can pass a bound."""
         above, below = self.above, self.below
         if above is None or below is None:
-            return 0.0 if above is below else abs(value - (below if above is None else above))
-        return min(abs(value - above), abs(value - below))
+            return 0.0 if above is below else float(abs(value - (below if above is None else above)))
+        return float(min(abs(value - above), abs(value - below)))
 
     def text(self, unit: str = "") -> str:
         """Return the condition in words, such as ``above 1 m``."""

@@ -219,7 +219,7 @@ def _fault(detail: ErrorDetails, names: Sequence[str]) -> str:
 @cache
 def arguments_of(kind: str) -> type[BaseModel]:
     """Return the arguments of a kind of observable: the parameters of its class or function but the first."""
-    made = OBSERVABLES.load(kind)
+    made: Any = OBSERVABLES.load(kind)
     hints = get_type_hints(made.__init__ if isinstance(made, type) else made, include_extras=True)
     _, *parameters = signature(made).parameters.values()
     fields: dict[str, Any] = {

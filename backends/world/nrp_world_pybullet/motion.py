@@ -156,7 +156,8 @@ class JointReader:
     def positions(self) -> FloatArray:
         """Return the positions, shape ``(n,)``."""
         if self._rows is None:
-            return self._now()[0].copy()
+            now: FloatArray = self._now()[0].copy()
+            return now
         return np.array([*map(itemgetter(0), self._rows)])
 
     def states(self) -> JointStates:

@@ -281,7 +281,7 @@ class TrajectoryDigest:
         for pose in poses:
             state.update(struct.pack("<7d", *pose.position, *pose.orientation))
         for each in joints:
-            state.update(np.ascontiguousarray(each, "<f8"))
+            state.update(np.ascontiguousarray(each, "<f8").data)
         self.state = state.digest()
 
     def hexdigest(self) -> str:

@@ -146,12 +146,12 @@ class Metric(ABC):
         needs_recording: whether it needs more of a run than its result and its settings.
     """
 
-    name: str
-    title: str
-    unit: str = ""
+    name: ClassVar[str]
+    title: ClassVar[str]
+    unit: ClassVar[str] = ""
     is_finding: ClassVar[bool] = False
     is_compared: ClassVar[bool] = True
-    margin: Margin = Margin()
+    margin: ClassVar[Margin] = Margin()
     needs_recording: ClassVar[bool] = True
 
     def resolution(self, run: RunSignals) -> float:

@@ -131,39 +131,36 @@ class ObservableValues(ScalarMetric):
 
     def values(self, run: RunSignals) -> Mapping[str, float | None]:
         known = {name: run.held(one) for name, one in observable_series(run).items()}
-        found = {name: known[name][np.isfinite(known[name])] if name in known else () for name in _names(run)}
+        nothing = np.empty(0)
+        found = {name: known.get(name, nothing) for name in _names(run)}
         return {
-            f"{name}.{how}": float(reduce(values)) if len(values) else None
+            f"{name}.{how}": float(reduce(values[np.isfinite(values)])) if np.isfinite(values).any() else None
             for name, values in found.items()
             for how, reduce in _REDUCTIONS.items()
         }
 
 
-class OneObservable(ObservableValues):
-    """The values of one observable, in its unit.
-
-    Args:
-        name: the name of the observable.
-        unit: its unit.
-    """
-
-    is_compared = True
-
-    def __init__(self, name: str, unit: str) -> None:
-        self._part, self.title, self.unit = f"{name}.", f"Observable {name}", unit
-        self.margin = Margin(at_least=_UNNOTICED.get(unit, 0.0))
-
-    def values(self, run: RunSignals) -> Mapping[str, float | None]:
-        return {part: one for part, one in super().values(run).items() if part.startswith(self._part)}
-
-    def resolution(self, run: RunSignals) -> float:
-        return 1e-9
-
-
 def observables_of(runs: Iterable[RunSignals]) -> list[Metric]:
     """Return a metric for each observable that some of the runs recorded."""
-    found = {name: one for run in runs for name, one in observable_series(run).items()}
-    return [OneObservable(name, one.unit) for name, one in found.items()]
+    found = {name: one.unit for run in runs for name, one in observable_series(run).items()}
+    return [_metric_of(name, unit) for name, unit in found.items()]
+
+
+def _metric_of(name: str, unit_: str) -> Metric:
+    class OneObservable(ObservableValues):
+        """The values of one observable, in its unit."""
+
+        title, unit, is_compared = f"Observable {name}", unit_, True
+        margin = Margin(at_least=_UNNOTICED.get(unit_, 0.0))
+
+        def values(self, run: RunSignals) -> Mapping[str, float | None]:
+            found = super().values(run).items()
+            return {part: value for part, value in found if part.rpartition(".")[0] == name}
+
+        def resolution(self, run: RunSignals) -> float:
+            return 1e-9
+
+    return OneObservable()
 
 
 def observable_series(run: RunSignals) -> dict[str, Series]:
