@@ -151,7 +151,9 @@ class Maker(PartMaker):
 
     def network(self, experiment: Experiment, build: Build = build_here) -> Network:
         brain, files = experiment.brain, experiment.brain.files
-        given = {"populations": brain.populations, "seed": experiment.seed, "parameters": brain.parameters}
+        given: dict[str, Any] = {
+            "populations": brain.populations, "seed": experiment.seed, "parameters": brain.parameters,
+        }  # fmt: skip
         if "" in files:
             return build(partial(network_from, files[""], **given))
         return build(partial(_networks_from, *files.values(), groups=tuple(files), **given))

@@ -24,8 +24,8 @@ from nrp_core.world import (
     Wrench,
 )
 
-from nrp_world_opensim.backend import OpensimOptions
 from nrp_world_opensim.library import elements, pose_of, triple
+from nrp_world_opensim.options import OpensimOptions
 from nrp_world_opensim.simulation import Simulation
 
 _SUFFIX = ".osim"

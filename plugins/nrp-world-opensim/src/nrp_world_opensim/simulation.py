@@ -17,7 +17,6 @@ from nrp_core.clock import seconds
 from nrp_core.errors import DivergedError
 from nrp_core.world import FloatArray, JointStates, Vector, Wrench
 
-from nrp_world_opensim.backend import OpensimOptions
 from nrp_world_opensim.library import (
     array,
     elements,
@@ -28,6 +27,7 @@ from nrp_world_opensim.library import (
     upright,
     vector_of,
 )
+from nrp_world_opensim.options import OpensimOptions
 
 _TILT = 1e-9
 """The sine of the angle from which a model is tilted against gravity."""

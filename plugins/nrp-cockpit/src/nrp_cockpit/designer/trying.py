@@ -112,10 +112,10 @@ class Trying:
                 return list(functions.check_in(experiment, files, there)["findings"])
             draft = functions.drafts.write(brain.path, brain.text)
             changed: dict[str, Any] = {key: {} for key in _OF_MODEL if self._model_settings(brain)}
-            files = experiment.brain.files
-            if "" not in files and brain.path in files.values():
+            models = experiment.brain.files
+            if "" not in models and brain.path in models.values():
                 changed = {
-                    "model": {name: draft if path == brain.path else path for name, path in files.items()}
+                    "model": {name: draft if path == brain.path else path for name, path in models.items()}
                 }
             section = experiment.brain.model_copy(update={"model": draft, **changed})
             drawn = experiment.model_copy(update={"brain": section})
