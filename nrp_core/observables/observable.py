@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from inspect import signature
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, get_type_hints
+from typing import Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError, WithJsonSchema, create_model
 from pydantic_core import ErrorDetails
@@ -219,11 +219,9 @@ def _fault(detail: ErrorDetails, names: Sequence[str]) -> str:
 @cache
 def arguments_of(kind: str) -> type[BaseModel]:
     """Return the arguments of a kind of observable: the parameters of its class or function but the first."""
-    made: Any = OBSERVABLES.load(kind)
-    hints = get_type_hints(made.__init__ if isinstance(made, type) else made, include_extras=True)
-    _, *parameters = signature(made).parameters.values()
+    _, *parameters = signature(OBSERVABLES.load(kind), eval_str=True).parameters.values()
     fields: dict[str, Any] = {
-        one.name.rstrip("_"): (hints[one.name], ... if one.default is one.empty else one.default)
+        one.name.rstrip("_"): (one.annotation, ... if one.default is one.empty else one.default)
         for one in parameters
     }
     return create_model(kind, __config__=ConfigDict(extra="forbid"), **fields)
