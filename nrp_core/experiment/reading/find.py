@@ -214,7 +214,7 @@ def _is_other_yaml(path: Path) -> bool:
 
 def _is_experiment(path: Path) -> bool:
     """Return whether a file is one that an installed reader reads."""
-    if path.suffix not in READERS.names():
+    if path.suffix not in READERS.names() or (path.exists() and not path.is_file()):
         return False
     recognizes = getattr(READERS.load(path.suffix), "recognizes", None)
     return recognizes is None or recognizes(path)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -25,7 +24,6 @@ def marks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     marks.mkdir()
     monkeypatch.setenv(traps.MARKS, str(marks))
     traps.lay(folder)
-    os.mkfifo(folder / "waiting.yaml")
     monkeypatch.chdir(folder)
     return marks
 

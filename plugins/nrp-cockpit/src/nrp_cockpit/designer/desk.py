@@ -132,9 +132,16 @@ class Desk:
         ))  # fmt: skip
 
     def place_of(self, file: str) -> Path:
-        """Return a file by its name, which is relative to the experiment."""
+        """Return a file by its name, which is relative to the experiment.
+
+        Raises:
+            ExperimentError: it is a folder, or a pipe or a device, which could be read for ever.
+        """
         experiment = self._session.run.experiment.source.place.path
-        return (experiment.parent if experiment else Path.cwd()) / file
+        place = (experiment.parent if experiment else Path.cwd()) / file
+        if place.exists() and not place.is_file():
+            raise ExperimentError("not a file", path=place)
+        return place
 
     # --
 
