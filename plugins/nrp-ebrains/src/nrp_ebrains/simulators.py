@@ -285,7 +285,7 @@ class OpensimSimulator(Simulator):
 
     def __init__(self, world: Path, step_s: float) -> None:
         try:
-            from nrp_world_opensim.backend import OpensimOptions
+            from nrp_world_opensim.options import OpensimOptions
             from nrp_world_opensim.simulation import Simulation
         except ModuleNotFoundError:
             raise ExperimentError(
