@@ -33,7 +33,8 @@ under [backends](backends.md).
 MARKS = """\
 *yes*: the backend has it, with its default options and, for `event`, a time grid, which synapses that
 transmit voltages need. *approximate*: its error is larger than the resolution explains. *extension*: the
-backend has it, the original machine does not. `pynn` is one backend with three simulators.
+backend has it, the original machine does not. `pynn` is one backend with three simulators; `composite` has
+the models of the backends of its parts.
 """
 SIMULATORS = ("neuron", "brian2", "spinnaker")
 
@@ -53,6 +54,8 @@ def backends() -> Iterator[tuple[str, BrainCapabilities]]:
         if (source := project.parent / "src").is_dir():
             sys.path.append(str(source))
         for name, entry in declared["nrp_core.brain"].items():
+            if name == "composite":
+                continue
             module, _, attribute = entry.partition(":")
             backend = getattr(import_module(module), attribute)()
             for title, options in _choices(name):

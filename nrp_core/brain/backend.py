@@ -63,6 +63,10 @@ class BrainBackend(ABC):
         """
         return []
 
+    def has_reports(self, options: BrainOptions) -> bool:
+        """Return whether :meth:`reports` reports with such options; by default, whether it is overridden."""
+        return type(self).reports is not BrainBackend.reports
+
     def reports(self, network: Network, options: BrainOptions) -> list[Report]:
         """Return reports about a network on this backend, before it runs; none by default.
 

@@ -145,7 +145,11 @@ def _probe(registry: Registry[Any], name: str) -> dict[str, Any]:
     try:
         backend = registry.load(name)
         found["diagnoses"] = [asdict(diagnosis) for diagnosis in backend.diagnose()]
-        found["capabilities"] = to_jsonable(backend.capabilities(backend.options()))
+        found["capabilities"] = {
+            name: value
+            for name, value in to_jsonable(backend.capabilities(backend.options())).items()
+            if not name.startswith("_")
+        }
     except BackendError as error:
         found |= {"reason": error.reason, "remedy": error.remedy}
     except NrpError as error:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.backends import brains
 from nrp_core.brain.capabilities import Report
 from nrp_core.errors import CapabilityError
@@ -56,7 +55,7 @@ def account_of(
     side = select_backend(collector, brains(), "brain", experiment.brain)
     collector.raise_errors()
     assert side is not None
-    if type(side.backend).reports is BrainBackend.reports:
+    if not side.backend.has_reports(side.options):
         others = ", ".join(reporting()) or "none of the installed ones"
         raise CapabilityError(
             f"the brain backend '{name}' has no reports about networks; these have: {others}"
@@ -82,6 +81,7 @@ def reporting() -> list[str]:
 
 def _reports(name: str) -> bool:
     try:
-        return type(brains().load(name)).reports is not BrainBackend.reports
+        backend = brains().load(name)
+        return backend.has_reports(backend.options())
     except Exception:  # noqa: BLE001  a broken backend does not hide the others
         return False

@@ -119,4 +119,4 @@ def _capability_texts(capabilities: Mapping[str, Any]) -> Iterator[tuple[str, st
         elif isinstance(value, list):
             yield name.replace("_", " "), ", ".join(map(str, value)) or "none"
         else:
-            yield name.replace("_", " "), {True: "yes", False: "no"}.get(value, str(value))
+            yield name.replace("_", " "), ("no", "yes")[value] if isinstance(value, bool) else str(value)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import (
+    AfterValidator,
     BeforeValidator,
     ConfigDict,
     Field,
@@ -148,10 +149,16 @@ def _by_group(value: object) -> object:
         return value
     every = {name: one if isinstance(one, Mapping) else {"": one} for name, one in value.items()}
     return {
-        f"{identifier(group)}.{identifier(name)}" if name else group: one
+        f"{group}.{name}" if name else group: one
         for group, values in every.items()
         for name, one in values.items()
     }
+
+
+def _grouped(name: str) -> str:
+    for part in str(name).split("."):
+        identifier(part)
+    return name
 
 
 BrainModel = Annotated[
@@ -167,7 +174,7 @@ Selection = Annotated[
     WithJsonSchema({"type": ["string", "integer", "array", "object"], "examples": ["0:5", 3, [0, 2]]}),
 ]
 ByGroup = BeforeValidator(_by_group)
-GroupedName = Annotated[str, Field(json_schema_extra={"pattern": NAME_PATTERN})]
+GroupedName = Annotated[str, AfterValidator(_grouped), Field(json_schema_extra={"pattern": NAME_PATTERN})]
 Pace = Annotated[
     str | float,
     PlainValidator(_pace),

@@ -28,7 +28,7 @@ def doubts_of(
     def of(functions: str) -> tuple[int, str]:
         folder = corpus / "p3dx_2018"
         (folder / "drive.py").write_text(functions)
-        app.run_app(["run", str(folder), "--until", "20ms"])
+        app.run_app(["run", str(folder), "--until", "20ms", "--overwrite"])
         said = capsys.readouterr()
         counted = re.search(r"note: (\d+) warnings?[ ,]", said.err)
         return 0 if counted is None else int(counted[1]), said.out

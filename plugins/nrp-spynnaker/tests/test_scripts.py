@@ -297,7 +297,6 @@ def test_a_network_that_has_ended_does_not_run_again_from_the_start(tmp_path: Pa
         ),
         ("p.RandomByWeightElimination()", "RandomByWeightElimination has no default for threshold"),
         ("p.external_devices.add_poisson_live_rate_control(p.Population(1, cell))", "has no rate"),
-        ("p.setup(1.0, n_board_required=1)", "'n_board_required'; did you mean 'n_boards_required'"),
         (
             "p.external_devices.activate_live_output_for(p.Population(1, cell), databse_notify_port_num=3)",
             "no argument 'databse_notify_port_num'; did you mean 'database_notify_port_num'",

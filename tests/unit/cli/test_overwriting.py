@@ -77,6 +77,7 @@ SEARCH = (
 OUTPUTS: dict[tuple[str, str], tuple[str, tuple[str, ...]]] = {
     ("run", "record"): ("out", ("run", "experiment", *SHORT, "--record")),
     ("run", "plot"): ("out.svg", ("run", "experiment", *SHORT, "--plot")),
+    ("run", "save_brain"): ("out.nrpnet", ("run", "experiment", *SHORT, "--save-brain")),
     ("map", "html"): ("out.html", ("map", "experiment", "-s", "brain.backend=spinnaker", "--html")),
     ("inspect", "image"): ("out.png", ("inspect", "experiment/husky.sdf", "--image")),
     ("replay", "record"): ("out", ("replay", "recorded", "--record")),

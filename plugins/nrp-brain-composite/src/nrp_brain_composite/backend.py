@@ -17,11 +17,11 @@ from nrp_core.simulation import Determinism
 class CompositeCapabilities(BrainCapabilities):
     """The capabilities that all parts have; what a network needs is required of its own part alone."""
 
-    options: CompositeOptions | None = None
+    _options: CompositeOptions | None = None
 
     def require(self, network: Network, name: str) -> None:
-        assert self.options is not None
-        for part in cut_network(network, self.options).parts:
+        assert self._options is not None
+        for part in cut_network(network, self._options).parts:
             part.options.capabilities.require(part.network, f"{name}, {part.title},")
 
 
@@ -55,7 +55,7 @@ class CompositeBackend(BrainBackend):
         return CompositeCapabilities(
             **common | {"late_spikes": False},
             resolution_ns=resolution_ns(options),
-            options=options,
+            _options=options,
         )
 
     def warnings(self, network: Network, options: BrainOptions) -> list[Finding | str]:
@@ -68,6 +68,11 @@ class CompositeBackend(BrainBackend):
                 else:
                     found.append(f"{part.title}: {one}")
         return found
+
+    def has_reports(self, options: BrainOptions) -> bool:
+        assert isinstance(options, CompositeOptions)
+        every = (part.loaded for part in options.parts.values())
+        return any(backend.has_reports(own) for backend, own in every)
 
     def reports(self, network: Network, options: BrainOptions) -> list[Report]:
         found: list[Report] = []
