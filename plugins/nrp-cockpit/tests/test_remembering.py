@@ -136,6 +136,19 @@ def test_a_jump_back_undoes_what_came_later(opened: Cockpit, visitor: Visitor) -
         assert late.heard[CAMERA][-1].t_ns > 400_000_000
 
 
+def test_what_was_published_before_the_first_step_is_forgotten_at_the_start(
+    opened: Cockpit, visitor: Visitor
+) -> None:
+    topic = "/left_vr_screen/body/screen_glass/color"
+    visitor.subscribe(topic)
+    visitor.call("reset", what="all")
+    visitor.call("publish", topic=topic, value="red")
+    visitor.call("step", n=1)
+    (red,) = {one.payload for one in portions(visitor.call, topic)[-1:]}
+    visitor.call("reset", what="all")
+    assert red not in {one.payload for one in portions(visitor.call, topic)}
+
+
 def test_an_abandoned_past_is_unknown(opened: Cockpit, visitor: Visitor) -> None:
     visitor.subscribe(PAST, SPIKES)
     visitor.call("seek", t_s=1.0)

@@ -180,7 +180,8 @@ class LiveStream:
         if is_elsewhere:
             self._known.clear()
         else:
-            self._hub.go_back(self._run.loop.now_ns)
+            # at its start the run has published nothing: what is there was sent by hand, in another life
+            self._hub.go_back(self._run.loop.now_ns or -1)
         self._left.clear()
         self.offer_all()
         self._follow()

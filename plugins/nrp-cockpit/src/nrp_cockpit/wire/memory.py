@@ -92,7 +92,7 @@ class Memory:
         """Delete the messages after a time."""
         for past in self._pasts.values():
             past.drop_from(t_ns + 1)
-            past.from_ns = min(past.from_ns, t_ns)
+            past.from_ns = min(past.from_ns, max(t_ns, 0))
         self._bytes = sum(past.size for past in self._pasts.values())
 
     def add(self, sent: Sent) -> None:
