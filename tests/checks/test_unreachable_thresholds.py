@@ -61,6 +61,7 @@ def codes(folder: Path, weight: float, drive: str = "", name: str = "") -> list[
     return [one.code for one in found if one.code in (Code.NRP377, Code.NRP208, Code.NRP210)]
 
 
+@pytest.mark.heavy
 def test_a_weight_1000_times_too_small_is_reported(tmp_path: Path) -> None:
     assert codes(tmp_path, 20.0) == []
     assert codes(tmp_path, 0.02) == [Code.NRP377]

@@ -78,6 +78,7 @@ def rows(run: Run, folder: Path) -> np.ndarray:
         return np.array([list(map(float, row)) for row in list(csv.reader(file))[1:]])
 
 
+@pytest.mark.heavy
 @MODES
 def test_weights_are_frozen_and_set_step_by_step(experiment: Path, tmp_path: Path, options: str) -> None:
     with Run(load_experiment(experiment, [f"brain.options={options}"])) as run:

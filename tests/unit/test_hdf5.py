@@ -37,6 +37,7 @@ def _write_and_read(path: Path) -> None:
         assert all(list(root[f"{group}/names"].asstr()) == ["some text"] * 50 for group in range(300))
 
 
+@pytest.mark.heavy
 def test_a_file_whose_structures_are_read_again_ends_with_the_disks_error(tmp_path: Path) -> None:
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (5000, hard))

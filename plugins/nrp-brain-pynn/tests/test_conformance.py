@@ -16,7 +16,7 @@ class TestNeuron(_OnPyNN):
     options = {"simulator": "neuron"}  # noqa: RUF012
 
 
-@pytest.mark.slow
+@pytest.mark.heavy  # it interprets each step; NEURON by the same driver is tested in each run
 @pytest.mark.simulator("brian2")
 class TestBrian2(_OnPyNN):
     """pyNN.brian2."""

@@ -87,6 +87,7 @@ def test_a_visual_that_turns_green_is_green_in_the_video(recording: Recording) -
     assert after[1] > 100 > after[2]
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("site")
 def test_a_realistic_video_has_the_lights_of_the_recording(recording: Recording) -> None:
     lights = (

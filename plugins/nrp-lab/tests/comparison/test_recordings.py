@@ -128,6 +128,7 @@ def divergence(diff: GridDiff, one: tuple[str, str], other: tuple[str, str]) -> 
     return divergence_of(diff.runs[GridCell(*one, seed)], diff.runs[GridCell(*other, seed)])
 
 
+@pytest.mark.heavy
 def test_a_wheel_that_is_two_percent_larger_is_named_with_its_size(diff: GridDiff) -> None:
     for way in ("forward", "turn"):
         part = part_of(diff, "drive_response", f"husky/{way}")

@@ -24,6 +24,7 @@ def passed(world: str, seeds: list[int], folder: Path) -> int:
     return int(table["passed"].sum())
 
 
+@pytest.mark.heavy
 @pytest.mark.slow
 @pytest.mark.parametrize("world", ["mujoco", "pybullet"])
 def test_it_turns_in_time_just_right_of_the_middle_of_a_pillar(world: str, tmp_path: Path) -> None:

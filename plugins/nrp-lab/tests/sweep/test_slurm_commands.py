@@ -87,6 +87,7 @@ def test_jobs_that_never_begin_end_the_sweep_but_no_run_fails(sweep: Sweep) -> N
     assert not Path("sweep.sweep", "journal.jsonl").read_text()
 
 
+@pytest.mark.heavy
 def test_a_run_that_ends_its_job_each_time_is_given_up(sweep: Sweep, raising: Callable[[str], str]) -> None:
     override = raising("__import__('os').kill(__import__('os').getpid(), 9)")
     code, _ = sweep(settings=override.replace("=", ": "), sbatch=AT_ONCE, squeue="true")

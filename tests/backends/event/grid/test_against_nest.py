@@ -19,6 +19,7 @@ from nrp_core.clock import NS_PER_MS
 PEERS = Path(__file__).parents[4] / "benchmarks" / "peers"
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("model", ["cuba", "coba"])
 def test_all_spikes_are_those_of_nest(model: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "path", [str(PEERS), *sys.path])

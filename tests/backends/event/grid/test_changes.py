@@ -36,6 +36,7 @@ def alike(exact: Spikes, grid: Spikes, within_ms: float) -> None:
         np.testing.assert_allclose(times, others, atol=within_ms, rtol=0.0)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("cell_type", "drive", "weight", "changes"),
     [

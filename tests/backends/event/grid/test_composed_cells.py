@@ -47,6 +47,7 @@ def adexp(sim: Any) -> Any:
     )
 
 
+@pytest.mark.heavy
 def test_four_receptors_act_as_in_nest(sim: Any) -> None:
     cells = sim.Population(1, adexp(sim), initial_values={"v": -60.0})
     cells.record(["spikes", "v", "w", *(f"{name}.gsyn" for name in ("AMPA", "NMDA", "GABAA", "GABAB"))])

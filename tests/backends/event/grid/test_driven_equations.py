@@ -63,6 +63,7 @@ def errors_in_tolerances() -> np.ndarray:
     return np.abs(voltages_after_a_step() - expected) / (TOLERANCE * (1.0 + np.abs(expected)))
 
 
+@pytest.mark.heavy
 def test_the_error_of_a_step_is_below_the_tolerance_for_any_conductances() -> None:
     assert errors_in_tolerances().max() < 1.0
 

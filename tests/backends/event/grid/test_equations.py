@@ -108,6 +108,7 @@ def activity(network: Network, until_ms: float, **options: Any) -> tuple[np.ndar
         return np.stack([heard.times_ms, heard.neurons])[:, order], voltages.samples()[1]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("name", "until_ms", "tolerance_mv"), [
     ("IF_curr_exp", 300.0, 1e-9),
     pytest.param("Izhikevich", 150.0, 0.02, marks=pytest.mark.heavy),  # compiles for 9 s
@@ -236,6 +237,7 @@ def test_a_wrong_propagator_does_not_give_the_closed_formula(monkeypatch: pytest
         test_constant_current_gives_the_closed_formula_for_each_cell()
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", REFERENCES)
 def test_cells_follow_brian2(name: str) -> None:
     reference = REFERENCES[name]
@@ -269,6 +271,7 @@ def test_a_loose_tolerance_does_not_follow_our_own_cells(monkeypatch: pytest.Mon
         test_our_own_cells_as_equations_spike_alike("Izhikevich", 150.0, 0.02)
 
 
+@pytest.mark.heavy
 def test_parts_of_the_rows_give_the_same_bits() -> None:
     network = random_network("Izhikevich", own=True)
     one, two = activity(network, 60.0), activity(network, 60.0, threads=2)

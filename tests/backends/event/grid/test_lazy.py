@@ -165,7 +165,7 @@ def assert_alike(found: list[Any], expected: list[Any]) -> None:
     st.integers(0, 2**32 - 1), st.lists(st.sampled_from(KINDS), min_size=1, max_size=3),
     st.sampled_from(["0.1 ms", "0.5 ms"]), st.booleans(),
 )  # fmt: skip
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=3, deadline=None)
 def test_the_lazy_grid_gives_the_spikes_of_the_plain_grid(
     seed: int, kinds: list[str], resolution: str, changes: bool
 ) -> None:

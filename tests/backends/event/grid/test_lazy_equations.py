@@ -76,6 +76,7 @@ def by_matrix_exponential(arrivals: set[int]) -> tuple[list[int], np.ndarray]:
     return spikes, np.array(rows)
 
 
+@pytest.mark.heavy
 def test_spikes_and_states_are_those_of_the_matrix_exponential() -> None:
     times = np.sort(np.random.default_rng(4).choice(np.arange(20, 3900), 150, replace=False))
     sim = builder()

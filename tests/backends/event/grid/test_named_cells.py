@@ -46,6 +46,7 @@ def test_a_generalised_leaky_cell_fires_with_that_of_nest(level: int) -> None:
     assert found[-1] == pytest.approx(last_ms, abs=0.4)  # 5 ppm of an interval add up to 72 of them
 
 
+@pytest.mark.heavy
 def test_the_second_excitation_of_an_izhikevich_cell_is_that_of_its_equations() -> None:
     kind = sim.Izhikevich_cond_dual(tau_syn_E2=10.0, e_rev_E=10.0)
     _, v = spikes(kind, 0.05, [4.0], 20.0, "excitatory2", 0.1)
@@ -109,6 +110,7 @@ def test_a_motion_detector_is_that_of_the_source_of_spynnaker() -> None:
     assert v == pytest.approx(expected_v, abs=1e-3)
 
 
+@pytest.mark.heavy
 def test_a_leaky_cell_adds_two_excitations_of_different_duration() -> None:
     """An exponential current of 1 nA and tau in a leaky cell of 1 nF: a difference of two exponentials."""
     sim.setup(timestep=1.0)

@@ -69,6 +69,7 @@ def test_a_threshold_that_follows_from_the_equations_cannot_begin_elsewhere(gold
         sim.run(1.0)
 
 
+@pytest.mark.heavy
 def test_adapting_cells_fire_at_random_as_in_nest() -> None:
     sim = simulator()
     cells = noisy(sim)

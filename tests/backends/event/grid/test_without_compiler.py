@@ -103,9 +103,14 @@ with backend.open(sim.network(), seed=1, options=options) as brain:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("program", [
-    PROGRAM, EQUATIONS.replace("LAZY", "'never'"),
-    EQUATIONS.replace("LAZY", "'always'").replace("(leaky, curved)", "(leaky, leaky)"), SNAPSHOT,
-], ids=["built in", "equations", "lazy equations", "snapshot"])  # fmt: skip
+    pytest.param(PROGRAM, id="built in"),
+    pytest.param(EQUATIONS.replace("LAZY", "'never'"), id="equations", marks=pytest.mark.heavy),
+    pytest.param(
+        EQUATIONS.replace("LAZY", "'always'").replace("(leaky, curved)", "(leaky, leaky)"),
+        id="lazy equations", marks=pytest.mark.heavy,
+    ),
+    pytest.param(SNAPSHOT, id="snapshot", marks=pytest.mark.heavy),
+])  # fmt: skip
 def test_it_computes_the_same(program: str, capsys: pytest.CaptureFixture[str]) -> None:
     exec(program, {})
     neurons, times_ms = json.loads(capsys.readouterr().out)
