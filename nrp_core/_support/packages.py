@@ -148,7 +148,10 @@ def is_installed(package: str) -> bool:
 
 @cache
 def required_versions(packages: frozenset[str]) -> dict[str, str]:
-    """Return the versions of the distributions of some packages, and of all that they require, by name."""
+    """Return the versions of the distributions of some packages, and of all that they require, by name.
+
+    The extra ``models`` counts where it is installed: its packages read files of robots.
+    """
     from packaging.requirements import Requirement  # slow to import
 
     plugins = plugin_packages()
@@ -165,5 +168,7 @@ def required_versions(packages: frozenset[str]) -> dict[str, str]:
                 distribution = importlib.metadata.distribution(name)
                 found[name] = distribution.version
                 lines = map(Requirement, distribution.requires or ())
-                waiting += [one for one in lines if one.marker is None or one.marker.evaluate({"extra": ""})]
+                waiting += [
+                    one for one in lines if one.marker is None or one.marker.evaluate({"extra": "models"})
+                ]
     return dict(sorted(found.items()))

@@ -175,3 +175,22 @@ def test_any_order_of_functions_that_share_no_variable_gives_the_same_run(
         assert outcome(file, brain, world, order) == expected
 
     holds()
+
+
+@pytest.mark.parametrize("world", ["mujoco", "pybullet"])
+def test_trajectory_digests_differ_when_only_a_joint_moves_differently(world: str, tmp_path: Path) -> None:
+    file = write(tmp_path, experiment__yaml=MOVING, brain__py=BRAIN, room__sdf=ROOM, cart__sdf=CART)
+    settings_ = [f"world.backend={world}", "transfer_functions=[]", "topics=null", "duration=100 ms"]
+    found = []
+    for force in (0.0, 1e-9, 0.0):
+        with Run(load_experiment(file, settings_)) as run:
+            run.publish("/model/cart/joint/slide/cmd_force", force)
+            run.run()
+            place = run.world.joint_states("cart").positions[0]
+            found.append((run.result().final_pose, place, run.result().trajectory_digest))
+    still, pushed, again = found
+    assert still == again
+    assert still[0] == pushed[0], "the base is fixed"
+    assert still[1] == pytest.approx(pushed[1])
+    assert still[1:] != pushed[1:]
+    assert still[2] != pushed[2]

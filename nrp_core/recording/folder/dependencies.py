@@ -86,12 +86,9 @@ class Dependencies:
                 for name, value in self.variables.items()
                 if variable_now(name) != value
             ),
-            *self.changed_software(),
+            *(f"the code of {name}" for name in self.changed_packages()),
+            *self.changed_versions(),
         ]
-
-    def changed_software(self) -> list[str]:
-        """Return the packages and versions that are different now, a phrase for each."""
-        return [*(f"the code of {name}" for name in self.changed_packages()), *self.changed_versions()]
 
     def without_files_below_root(self) -> Self:
         """Return them without files and folders that :meth:`to_data` made relative, which a recording has."""

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from golden import Golden
 from nrp_lab.learning import TASKS, Trial, find_learner, perform
-from nrp_lab.learning.ladder import BASELINES, Standing
+from nrp_lab.learning.ladder import BASELINES, Ladder, Standing
 from nrp_lab.learning.learner import LEARNERS, read_learner
 
 from nrp_core import InvalidExperimentError
@@ -181,3 +181,21 @@ def test_the_command_trains_and_goes_on(nrp: Any, tmp_path: Path, monkeypatch: p
     assert refused.code == 3
     assert "another learner" in refused.err
     assert nrp("benchmark", "learning", "poel", "--out", out).code == 3
+
+
+def test_a_trial_is_made_again_when_its_learner_changes(tmp_path: Path) -> None:
+    given = own(tmp_path, "from chosen import choose\n")
+    (tmp_path / "chosen.py").write_text(CONSTANT)
+
+    def ladder() -> Ladder:
+        return Ladder(["pole"], given, "event", "mujoco", 1, tmp_path / "out", training=20)
+
+    made = ladder()
+    made.run(1)
+    assert (made.pending, made.news) == ([], "")
+    assert ladder().pending == []
+    (tmp_path / "chosen.py").write_text(CONSTANT.replace("Int32(0)", "Int32(1)"))
+    again = ladder()
+    assert [trial.seed for trial in again.pending] == [1]
+    assert again.news == f"1 earlier outcomes do not count: the file {tmp_path / 'chosen.py'} changed"
+    assert again.standings() == []

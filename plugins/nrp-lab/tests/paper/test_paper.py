@@ -10,7 +10,6 @@ import pytest
 from nrp_lab.comparison.grid import RunGrid
 from nrp_lab.paper.archive import write_archive
 from nrp_lab.paper.methods import values_text
-from nrp_lab.paper.requirements import requirement_lines
 from nrp_lab.paper.verification import Outcome, compare_runs
 
 from nrp_core import shipped
@@ -50,13 +49,47 @@ def test_an_archive_has_runs_figures_methods_and_the_verdict(archive: Path, tmp_
     assert not any(line.startswith(("mypy", "ruff", "pip=")) for line in lines)
 
 
-def test_packages_that_a_file_imports_are_required_with_their_dependencies(tmp_path: Path) -> None:
-    (tmp_path / "old.py").write_text("print 'Python 2'\n")
-    (tmp_path / "own.py").write_text("import own_module\n")
-    before = requirement_lines(tmp_path.glob("*.py"))
-    (tmp_path / "own.py").write_text("def f():\n    from pandas.api import types\n")
-    added = set(requirement_lines(tmp_path.glob("*.py"))) - set(before)
-    assert added == {f"pandas=={version('pandas')}"}  # NumPy and dateutil are there already
+OWN = {
+    "experiment.yaml": """
+name: own
+duration: 40 ms
+timestep: 20 ms
+brain: {backend: event, model: brain.py}
+world: {backend: mujoco, scene: room.sdf}
+""",
+    "brain.py": """
+import own_module
+import pyNN.nest as sim
+sim.setup(timestep=0.1)
+cells = sim.Population(own_module.SIZE, sim.IF_curr_exp(), label="cells")
+""",
+    "room.sdf": '<sdf version="1.9"><world name="room"/></sdf>',
+}
+
+
+def test_an_archive_names_packages_and_files_that_its_runs_read_by_way_of_a_module(
+    nrp: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    modules, experiment = tmp_path / "modules", tmp_path / "experiment"
+    modules.mkdir()
+    experiment.mkdir()
+    (modules / "own_module.py").write_text("import sortedcontainers\nSIZE = 3\n")
+    for name, text in OWN.items():
+        (experiment / name).write_text(text)
+    monkeypatch.syspath_prepend(str(modules))
+    monkeypatch.setenv("PYTHONPATH", str(modules))  # of the process that runs
+    target = tmp_path / "own.zip"
+    done = nrp("paper", experiment / "experiment.yaml", "--seeds", 1, "--jobs", 1, "-o", target, "--json")
+    assert done.code == 0
+    own = str(modules / "own_module.py")
+    assert json.loads(done.out)["elsewhere"] == [own]
+    assert own in done.err
+    with zipfile.ZipFile(target) as packed:
+        lines = packed.read("requirements.txt").decode().splitlines()
+        assert f"- `{own}`" in packed.read("README.md").decode()
+    assert f"sortedcontainers=={version('sortedcontainers')}" in lines
+    assert f"nrp-lab=={version('nrp-lab')}" in lines
+    assert not any(line.startswith(("nrp-legacy", "matplotlib")) for line in lines), "not read"
 
 
 def test_its_runs_are_identical_when_they_are_repeated(nrp: Any, archive: Path) -> None:

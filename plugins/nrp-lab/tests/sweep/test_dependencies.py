@@ -5,6 +5,7 @@ import logging
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -84,6 +85,9 @@ def f(t, drive):
 <model name="picture"><static>true</static><link name="l"><visual name="v">
   <geometry><box><size>1 0.1 1</size></box></geometry>
   <material><pbr><metal><albedo_map>picture.png</albedo_map></metal></pbr></material></visual></link></model>
+<model name="triangle"><static>true</static><link name="l"><collision name="c"><geometry><polyline>
+  <point>0 0</point><point>1 0</point><point>0 1</point><height>0.1</height></polyline></geometry></collision>
+</link></model>
 </world></sdf>""",
     "models/ball/model.config": "<model><name>ball</name><sdf version='1.9'>model.sdf</sdf></model>",
     "models/ball/model.sdf": """<sdf version="1.9"><model name="ball"><link name="l">
@@ -167,9 +171,9 @@ def _forget() -> None:
     packages.fingerprint.cache_clear()
 
 
-def _version_of_numpy(patch: pytest.MonkeyPatch) -> None:
+def _version_of(package: str, patch: pytest.MonkeyPatch) -> None:
     real = importlib.metadata.version
-    patch.setattr(importlib.metadata, "version", lambda name: "9.9" if name == "numpy" else real(name))
+    patch.setattr(importlib.metadata, "version", lambda name: "9.9" if name == package else real(name))
 
 
 def _code_of_backend(patch: pytest.MonkeyPatch) -> None:
@@ -189,7 +193,8 @@ def changes(folder: Path, site: Path) -> Iterator[tuple[str, object]]:
     yield "BIAS", patched(lambda patch: patch.setenv("BIAS", "0.5"))
     yield "POST_MASS", patched(lambda patch: patch.setenv("POST_MASS", "3"))
     yield "GAZEBO_MODEL_PATH", patched(lambda patch: patch.setenv("GAZEBO_MODEL_PATH", str(folder)))
-    yield "numpy", patched(_version_of_numpy)
+    for name in ("numpy", "xacro", "mapbox-earcut"):
+        yield f" {name} ", patched(partial(_version_of, name))
     yield "nrp_world_mujoco", patched(_code_of_backend)
 
 
@@ -224,6 +229,6 @@ def test_a_sweep_and_a_comparison_repeat_a_run_after_a_change_of_anything_that_i
             if is_reusable(recording, grid.file) or word not in caplog.text:
                 reused.append(f"comparison: {word}: {caplog.text}")
             named += 1
-    assert (reused, named) == ([], 29)
+    assert (reused, named) == ([], 31)
     assert (sweep().pending, is_reusable(recording, grid.file)) == ([], True)
     sys.modules.pop("own_library"), sys.modules.pop("own_lower")

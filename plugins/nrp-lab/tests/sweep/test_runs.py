@@ -20,7 +20,7 @@ from nrp_lab.sweep.executor import LocalExecutor, executor
 from nrp_lab.sweep.measuring import RunCache, perform
 from nrp_lab.sweep.model import read_sweep
 from nrp_lab.sweep.plan import Plan
-from nrp_lab.sweep.running import SweepRun
+from nrp_lab.sweep.running import Progress, SweepRun, sweep
 from nrp_lab.sweep.slurm import JOBS, emit
 from nrp_lab.sweep.table import VARYING, Row
 
@@ -101,6 +101,26 @@ def made_alone(plan: Plan, count: int | None = None) -> list[str]:
     """Return the digests of the first runs, each made by itself."""
     tasks = [run.task for run in plan.runs[:count]]
     return [nrp_core.run(task.experiment, task.overrides).trajectory_digest for task in tasks]
+
+
+def test_runs_made_before_an_edit_of_the_experiment_do_not_count_beside_those_made_after_it(
+    plan: Plan, tmp_path: Path
+) -> None:
+    """Of a table that was made while somebody edited a file, every row is of the same experiment."""
+    described, brain = tmp_path / "sweep.yaml", tmp_path / "brain.py"
+
+    def edit(progress: Progress) -> None:
+        if progress.done == 2:
+            brain.write_text(BRAIN + "# edited\n")
+
+    news = r"\d earlier runs do not count: the file .*brain\.py changed"
+    with pytest.warns(UserWarning, match=news) as told:
+        table = sweep(described, tmp_path / "out", workers=1, on_progress=edit)
+    lost = int(str(told[0].message)[0])
+    assert lost >= 2
+    assert list(table["run"]) == [*range(lost, 6)]
+    with pytest.warns(UserWarning, match=news):
+        assert len(sweep(described, tmp_path / "out", workers=1)) == 6
 
 
 def swept(plan: Plan, folder: Path, on: str, workers: int | None = None) -> list[Row]:

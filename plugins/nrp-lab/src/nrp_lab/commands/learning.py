@@ -21,6 +21,8 @@ def benchmark_learning(
 
     ladder = Ladder(tasks, find_learner(learner), brain or "event", world or "mujoco", seeds, out)
     typer.echo(f"{len(ladder.tasks)} tasks, {len(ladder.pending)} trials to do; results in {out}", err=True)
+    if ladder.news:
+        typer.echo(ladder.news, err=True)
     with display() as shown:
         ladder.run(workers, lambda done, total: shown.count("trials", done, total, ""))
     found = ladder.standings()

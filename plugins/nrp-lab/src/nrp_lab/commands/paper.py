@@ -17,7 +17,7 @@ from nrp_core.cli.options import (
     refuse_given,
     require_writable,
 )
-from nrp_core.cli.output import NO, document
+from nrp_core.cli.output import NO, document, warn
 from nrp_lab.commands.diff import Brains, Controls, Jobs, Worlds, chosen_controls, names
 
 if TYPE_CHECKING:
@@ -81,8 +81,10 @@ def paper(
         manifest = write_archive(
             grid, target, jobs or cores(), lambda done, total, last: shown.count("runs", done, total, last)
         )
+    for path in manifest["elsewhere"]:
+        warn(f"the archive lacks {path}, which the runs read outside of the experiment's folder")
     if json:
-        document({"archive": target, "verdict": manifest["verdict"], "runs": manifest["runs"]})
+        document({"archive": target, **{key: manifest[key] for key in ("verdict", "runs", "elsewhere")}})
         return
     if manifest["verdict"]:
         typer.echo(manifest["verdict"])

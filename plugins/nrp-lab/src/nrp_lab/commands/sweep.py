@@ -96,6 +96,11 @@ def sweep(
         _emit(made, emit, workers)
         return
     failed = _make(made, on, workers, is_plan=plan)
+    if on == "local" and not plan:
+        made.discount_changed()
+        failed += made.outdated.total()
+        if made.news:
+            _print_line(made.news)
     _show(made.folder, measure, plot, kind, as_json=json, may_be_empty=plan)
     raise typer.Exit(NO if failed else 0)
 

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.utilities import WorkerPool, cores, fingerprint, to_jsonable, writing
+from nrp_core.recording import changes_since
+from nrp_core.utilities import WorkerPool, cores, join_with_limit, to_jsonable, writing
 from nrp_lab.learning.tasks import TASKS
-from nrp_lab.learning.trial import CONDITIONS, Trial, perform
+from nrp_lab.learning.trial import CONDITIONS, Trial, perform_to_keep
 
 BLOCKS = 10
 """Number of points of a learning curve."""
@@ -68,8 +70,12 @@ class Ladder:
         learner: file of the learner.
         brain, world: names of backends.
         seeds: their number.
-        folder: where outcomes are kept, and found again.
+        folder: where outcomes are kept. They are reused until a file, package or variable that the trial
+            read has changed.
         training: number of training steps in each task; None: each task's own.
+
+    Attributes:
+        news: a sentence on the changes that make earlier outcomes outdated; empty if none do.
 
     Raises:
         ExperimentError: a task does not exist, or the folder has outcomes of other settings.
@@ -84,23 +90,22 @@ class Ladder:
                 raise ExperimentError(f"there is no task '{name}'{did_you_mean(name, TASKS)}")
         self.tasks = [name for name in TASKS if name in tasks or not tasks]
         self.folder = folder
-        code = fingerprint("nrp_lab")
         self._trials = {
-            self._file(trial): (trial, {**to_jsonable(asdict(trial)), "code": code})
+            self._file(trial): (trial, to_jsonable(asdict(trial)))
             for seed in range(1, seeds + 1)
             for name in self.tasks
             for trial in [Trial(name, learner, seed, brain, world, training)]
         }
-        for path, (_, settings) in self._trials.items():
-            if path.is_file():
-                kept = json.loads(path.read_text("utf-8"))
-                if other := [key for key, value in settings.items() if kept[key] != value]:
-                    raise ExperimentError(f"it has the outcome of another {' and '.join(other)}", path=path)
+        kept = {path: settings for path, (_, settings) in self._trials.items() if path.is_file()}
+        outdated = {path: found for path, settings in kept.items() if (found := _changes(path, settings))}
+        self._reused = kept.keys() - outdated.keys()
+        changes = join_with_limit(list(dict.fromkeys(chain(*outdated.values()))), 5)
+        self.news = f"{len(outdated)} earlier outcomes do not count: {changes} changed" if outdated else ""
 
     @property
     def pending(self) -> list[Trial]:
-        """The trials without an outcome."""
-        return [trial for path, (trial, _) in self._trials.items() if not path.is_file()]
+        """The trials without an outcome that counts."""
+        return [trial for path, (trial, _) in self._trials.items() if path not in self._reused]
 
     def run(
         self, workers: int | None, on_progress: Callable[[int, int], None] = lambda _n, _of: None
@@ -120,36 +125,47 @@ class Ladder:
         done = len(self._trials) - len(pending)
         if size == 1:
             for trial in pending:
-                self._keep(trial, [one.to_dict() for one in perform(trial)])
+                self._keep(trial, perform_to_keep(trial))
                 on_progress(done := done + 1, len(self._trials))
             return
         with WorkerPool(size) as pool:
-            for outcome in pool.perform(perform, pending):
+            for outcome in pool.perform(perform_to_keep, pending):
                 if outcome.error is not None:
                     raise outcome.error
                 assert outcome.value is not None
-                self._keep(outcome.task, [one.to_dict() for one in outcome.value])
+                self._keep(outcome.task, outcome.value)
                 on_progress(done := done + 1, len(self._trials))
 
     def standings(self) -> list[Standing]:
         """Return the results of the trials that have an outcome."""
         found: list[Standing] = []
         for name in self.tasks:
-            paths = [
-                path for path, (trial, _) in self._trials.items() if trial.task == name and path.is_file()
-            ]
-            rows = [json.loads(path.read_text("utf-8"))["outcomes"] for path in paths]
+            made = [path for path, (trial, _) in self._trials.items() if trial.task == name]
+            rows = [json.loads(path.read_text("utf-8"))["outcomes"] for path in made if path in self._reused]
             if rows:
                 found += [_standing(name, [row[place] for row in rows]) for place in range(len(CONDITIONS))]
         return found
 
-    def _keep(self, trial: Trial, outcomes: list[dict[str, Any]]) -> None:
+    def _keep(self, trial: Trial, made: dict[str, Any]) -> None:
         path = self._file(trial)
         with writing(path):
-            path.write_text(json.dumps({**self._trials[path][1], "outcomes": outcomes}), "utf-8")
+            path.write_text(json.dumps({**self._trials[path][1], **made}), "utf-8")
+        self._reused.add(path)
 
     def _file(self, trial: Trial) -> Path:
         return self.folder / f"{trial.task}-{trial.seed}.json"
+
+
+def _changes(path: Path, settings: Mapping[str, Any]) -> list[str]:
+    """Return the changes since the outcome in a file was made, a phrase for each.
+
+    Raises:
+        ExperimentError: it was made with other settings.
+    """
+    kept = json.loads(path.read_text("utf-8"))
+    if other := [key for key, value in settings.items() if kept[key] != value]:
+        raise ExperimentError(f"it has the outcome of another {' and '.join(other)}", path=path)
+    return changes_since(kept, None)
 
 
 def _standing(task: str, outcomes: list[dict[str, Any]]) -> Standing:

@@ -13,6 +13,7 @@ import numpy as np
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment import Experiment, Run, experiment_of, tree_of
 from nrp_core.messages.std_msgs import Bool, Float64, Float64MultiArray
+from nrp_core.recording import FilesRead, dependencies
 from nrp_core.seeds import Seeds
 from nrp_lab.learning.learner import read_learner
 from nrp_lab.learning.task import STEP_MS, Task
@@ -104,12 +105,29 @@ def perform(trial: Trial, conditions: Sequence[str] = CONDITIONS) -> list[Outcom
     Raises:
         ExperimentError: the learner is wrong, or changed weights in the test.
     """
-    outcomes: list[Outcome] = []
     with Run(_experiment(trial)) as run:
-        for condition in conditions:
-            rewards = next((one.rewards for one in outcomes if one.condition == "learned"), [])
-            outcomes.append(_Episodes(run, trial, condition, rewards).run())
-            run.reset()
+        return _perform_in(run, trial, conditions)
+
+
+def perform_to_keep(trial: Trial) -> dict[str, Any]:
+    """Perform all conditions of a trial, and return the outcomes and what they depend on as plain data.
+
+    Raises:
+        ExperimentError: the learner is wrong, or changed weights in the test.
+    """
+    with FilesRead() as files, Run(_experiment(trial)) as run:
+        files.packages.add("nrp_lab")  # the task and its episodes
+        outcomes = _perform_in(run, trial, CONDITIONS)
+        read = dependencies(files, run.experiment, run.world.scene)
+    return {"outcomes": [one.to_dict() for one in outcomes], "dependencies": read.to_data()}
+
+
+def _perform_in(run: Run, trial: Trial, conditions: Sequence[str]) -> list[Outcome]:
+    outcomes: list[Outcome] = []
+    for condition in conditions:
+        rewards = next((one.rewards for one in outcomes if one.condition == "learned"), [])
+        outcomes.append(_Episodes(run, trial, condition, rewards).run())
+        run.reset()
     return outcomes
 
 

@@ -21,7 +21,7 @@ from nrp_lab.comparison.report_page import grid_page
 from nrp_lab.comparison.result import GridDiff
 from nrp_lab.comparison.signals import RunSignals
 from nrp_lab.paper.methods import methods_page, template
-from nrp_lab.paper.requirements import requirement_lines
+from nrp_lab.paper.requirements import files_elsewhere, requirement_lines
 
 FORMAT: Final = 1
 MANIFEST: Final = "paper.json"
@@ -64,8 +64,9 @@ def write_archive(grid: RunGrid, target: Path, workers: int, progress: Progress)
         conditions = tuple(grid.label(one) for one in grid.conditions)
         page = methods_page(plan, first.run["settings"], grid.seeds, conditions)
         (folder / "methods.md").write_text(page, "utf-8")
-        manifest = _manifest(grid, folder, verdict)
-        lines = requirement_lines(first.folder.rglob("*.py"))
+        recorded = {cell: Recording(grid.folder(folder / RUNS, cell)).run for cell in grid.cells}
+        manifest = _manifest(grid, recorded, verdict)
+        lines = requirement_lines(recorded.values())
         (folder / "requirements.txt").write_text("\n".join(lines) + "\n", "utf-8")
         _write_readme(manifest, folder)
         manifest["files"] = _digests(folder)
@@ -96,22 +97,24 @@ def _write_figures(recording: Recording, folder: Path) -> None:
                 raise
 
 
-def _manifest(grid: RunGrid, folder: Path, verdict: str | None) -> dict[str, Any]:
+def _manifest(
+    grid: RunGrid, recorded: Mapping[GridCell, Mapping[str, Any]], verdict: str | None
+) -> dict[str, Any]:
     runs = []
-    for cell in grid.cells:
-        place = grid.folder(folder / RUNS, cell)
-        run = Recording(place).run
+    for cell, run in recorded.items():
         result = dict(run.get("result") or {})
         runs.append({
-            "folder": f"{RUNS}/{place.name}", "brain": cell.brain, "world": cell.world, "seed": cell.seed,
+            "folder": grid.folder(Path(RUNS), cell).as_posix(),
+            "brain": cell.brain, "world": cell.world, "seed": cell.seed,
             "control": None if cell.wiring == ORIGINAL else cell.wiring, "state": run.get("state"),
             "criteria": {name: one["passed"] for name, one in dict(result.get("criteria") or {}).items()},
             "final_pose": result.get("final_pose") or {},
         })  # fmt: skip
-    first = Recording(grid.folder(folder / RUNS, grid.cells[0])).run
+    first = recorded[grid.cells[0]]
     return {
         "format": FORMAT, "experiment": first["experiment"], "verdict": verdict, "tolerance_m": TOLERANCE_M,
-        "runs": runs, "distributions": dict(first.get("distributions") or {}),
+        "runs": runs, "elsewhere": files_elsewhere(recorded.values()),
+        "distributions": dict(first.get("distributions") or {}),
         "machine": dict(first.get("machine") or {}),
     }  # fmt: skip
 

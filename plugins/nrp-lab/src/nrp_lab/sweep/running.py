@@ -95,11 +95,23 @@ class SweepRun:
     def __init__(self, plan: Plan, folder: Path, choice: Choice | None = None) -> None:
         claim(folder, plan)
         self.plan, self.folder, self.choice = plan, folder, choice or Choice()
-        changes = changes_since(folder)
-        self.records = read_records(folder, lambda record: not changes(record))
-        older = [one for one in read_records(folder).values() if one.id not in self.records]
-        self.outdated = Counter(change for record in older for change in changes(record))
+        self._read()
         self._chosen = chosen(plan.runs, self.choice.only, list(plan.sweep.vary))
+
+    def discount_changed(self) -> None:
+        """Discount the runs that were made before something that they read was changed, in the tables too.
+
+        A sweep takes hours, in which files are edited; :attr:`news` names these. Dependencies are compared
+        with this machine, so runs of other machines cannot be checked.
+        """
+        self._read()
+        write_tables(self.folder, self.rows)
+
+    def _read(self) -> None:
+        changes = changes_since(self.folder)
+        self.records = read_records(self.folder, lambda record: not changes(record))
+        older = [one for one in read_records(self.folder).values() if one.id not in self.records]
+        self.outdated = Counter(change for record in older for change in changes(record))
 
     def extend(self, plan: Plan) -> None:
         """Continue with a plan of the same sweep with more runs."""
@@ -288,4 +300,8 @@ def sweep(
             plan.report_warnings(partial(warnings.warn, stacklevel=4))
         with executor(on, folder, workers) as where:
             made.run(where, on_progress)
+        if on == "local":
+            made.discount_changed()
+            if made.news:
+                warnings.warn(made.news, stacklevel=4)
         return data_frame(made.rows)
