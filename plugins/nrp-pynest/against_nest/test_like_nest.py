@@ -12,7 +12,7 @@ from nrp_pynest.script import run_script
 
 CELLS = {
     "iaf_psc_exp": 40.0, "iaf_psc_alpha": 40.0, "iaf_psc_delta": 0.6, "iaf_cond_exp": 3.0,
-    "iaf_cond_alpha": 3.0, "hh_psc_alpha": 300.0,
+    "iaf_cond_alpha": 3.0, "hh_psc_alpha": 300.0, "hh_cond_exp_traub": 6.0,
 }  # fmt: skip
 DRIVEN = """
 import nest
@@ -45,6 +45,52 @@ meter = nest.Create("voltmeter", params={"interval": 0.1, "start": 2.0, "stop": 
 nest.Connect(meter, cell)
 nest.Simulate(60.0)
 samples = meter.get("events")
+"""
+RECEPTORS = """
+import nest
+nest.ResetKernel()
+source = nest.Create("spike_generator", params={{"spike_times": [10.0, 13.0, 60.0]}})
+cell = nest.Create("{model}", 2, {values})
+for k, weight in enumerate({weights}, 1):
+    nest.Connect(source, cell, syn_spec={{"receptor_type": k, "weight": weight, "delay": 20.0 * k}})
+drive = nest.Create("dc_generator", params={{"amplitude": {current}, "start": 20.0}})
+nest.Connect(drive, cell[1])
+meter = nest.Create("multimeter", params={{"record_from": {names}, "interval": 0.5}})
+spikes = nest.Create("spike_recorder")
+nest.Connect(meter, cell)
+nest.Connect(cell, spikes)
+nest.Simulate(250.0)
+samples, spikes = meter.get("events"), spikes.get("events")
+"""
+PORTS: dict[str, tuple[dict[str, Any], list[float], float, list[str], float]] = {
+    "aeif_cond_alpha_multisynapse": (
+        {"E_rev": [0.0, -85.0], "tau_syn": [2.0, 9.0]}, [4.0, 6.0], 900.0, ["V_m", "w"], 0.05,
+    ),
+    "aeif_cond_beta_multisynapse": (
+        {"E_rev": [0.0, -85.0], "tau_decay": [20.0, 9.0], "tau_rise": [1.0, 9.0]}, [2.0, 6.0], 0.0,
+        ["V_m", "w"], 0.05,
+    ),
+    "glif_psc": ({"tau_syn": [2.0, 5.0]}, [40.0, -20.0], 400.0, ["V_m", "I_syn", "I"], 1e-6),
+    "glif_psc_double_alpha": (
+        {"tau_syn_fast": [2.0, 4.0], "tau_syn_slow": [6.0, 9.0], "amp_slow": [0.3, 0.6],
+         "spike_dependent_threshold": True, "after_spike_currents": True, "adapting_threshold": True},
+        [40.0, -20.0], 400.0, ["V_m", "I_syn"], 3.0,
+    ),
+    "ht_neuron": ({}, [1.0, 1.0, 1.0, 1.0], 30.0, ["V_m", "theta", "I_h", "I_T", "I_NaP", "I_KNa"], 0.5),
+}  # fmt: skip
+GAPS = """
+import nest
+nest.ResetKernel()
+nest.resolution = 0.05
+cell = nest.Create("hh_psc_alpha_gap", 2, {"I_e": [100.0, 60.0]})
+cell[0].V_m = -10.0
+meter, spikes = nest.Create("voltmeter", params={"interval": 0.1}), nest.Create("spike_recorder")
+nest.Connect(meter, cell)
+nest.Connect(cell, spikes)
+nest.Connect(cell, cell, {"rule": "all_to_all", "allow_autapses": False},
+             {"synapse_model": "gap_junction", "weight": 0.5})
+nest.Simulate(120.0)
+samples, spikes = meter.get("events"), spikes.get("events")
 """
 LEARNING = """
 import nest
@@ -97,8 +143,29 @@ def test_driven_cells_fire_at_the_same_grid_points_and_have_the_same_voltages(
     samples, expected = ours["samples"], nests["samples"]
     assert samples["times"] == pytest.approx(expected["times"])
     assert samples["senders"].tolist() == expected["senders"].tolist()
-    steep = 1e-2 if model == "hh_psc_alpha" else 2e-3  # its voltage rises by 300 mV in a ms
+    steep = {"hh_psc_alpha": 1e-2, "hh_cond_exp_traub": 0.5}.get(
+        model, 2e-3
+    )  # its voltage rises by 300 mV in a ms
     assert samples["V_m"] == pytest.approx(expected["V_m"], abs=steep)
+
+
+@pytest.mark.parametrize("model", PORTS)
+def test_receptors_by_number_give_the_same_spikes_and_states(tmp_path: Path, model: str) -> None:
+    values, weights, current, names, far = PORTS[model]
+    text = RECEPTORS.format(model=model, values=values, weights=weights, current=current, names=names)
+    ours, nests = both(tmp_path, text)
+    assert ours["spikes"]["times"].tolist() == pytest.approx(nests["spikes"]["times"].tolist(), abs=1e-6)
+    for name in names:
+        assert ours["samples"][name] == pytest.approx(nests["samples"][name], abs=far)
+        assert np.ptp(nests["samples"][name]) > 0
+
+
+def test_gap_junctions_give_the_same_spikes_and_voltages(tmp_path: Path) -> None:
+    ours, nests = both(tmp_path, GAPS)
+    assert ours["spikes"]["times"] == pytest.approx(nests["spikes"]["times"], abs=0.051)
+    assert len(nests["spikes"]["times"]) > 4
+    close = np.abs(ours["samples"]["V_m"] - nests["samples"]["V_m"]) < 2.0  # but for single samples of spikes
+    assert close.mean() > 0.97
 
 
 def test_generators_of_currents_act_at_the_same_times(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Callable
-from math import exp
+from math import exp, log
 from pathlib import Path
 from typing import Any
 
@@ -152,7 +152,7 @@ def test_rules_make_their_numbers_of_synapses(
 @pytest.mark.parametrize(
     "text",
     [
-        "nest.Create('ht_neuron')",
+        "nest.Create('lin_rate_ipn')",
         "nest.Create('iaf_psc_alpha', params={'tau_x': 1.0})",
         "cell = nest.Create('iaf_psc_alpha')\nnest.Connect(cell, cell, syn_spec='clopath_synapse')",
         "nest.Connect(nest.Create('iaf_psc_alpha'), nest.Create('iaf_psc_alpha'), {'rule': 'conngen'})",
@@ -160,6 +160,17 @@ def test_rules_make_their_numbers_of_synapses(
         "nest.Connect(meter, nest.Create('iaf_psc_delta'))\nnest.Simulate(1.0)",
         "nest.Simulate(1.0)\nnest.Create('iaf_psc_alpha')",
         "cell = nest.Create('iaf_psc_alpha')\nnest.Simulate(1.0)\ncell.V_m = -60.0",
+        "nest.Create('iaf_psc_exp')\nnest.Create('iaf_psc_exp_ps')\nnest.Simulate(1.0)",
+        "cell = nest.Create('glif_psc', params={'tau_syn': [2.0, 5.0]})\n"
+        "nest.Connect(cell, cell, syn_spec={'receptor_type': 3})\nnest.Simulate(1.0)",
+        "nest.Create('glif_psc', 2, [{'tau_syn': [2.0, 5.0]}, {'tau_syn': [2.0]}])\nnest.Simulate(1.0)",
+        "spikes = {'spike_times': [1.0, 2.0], 'spike_weights': [1.0, 3.0]}\n"
+        "source = nest.Create('spike_generator', params=spikes)\n"
+        "nest.Connect(source, nest.Create('iaf_psc_exp'))\nnest.Simulate(1.0)",
+        "cells = nest.Create('hh_psc_alpha_gap', 2)\n"
+        "nest.Connect(cells[0], cells[1], syn_spec='gap_junction')\nnest.Simulate(1.0)",
+        "cell = nest.Create('iaf_tum_2000', params={'delta': 1.0})\n"
+        "nest.Connect(cell, cell, syn_spec={'receptor_type': 1})\nnest.Simulate(1.0)",
     ],
 )
 def test_what_is_not_supported_is_refused_with_its_line(tmp_path: Path, golden: Golden, text: str) -> None:
@@ -168,6 +179,107 @@ def test_what_is_not_supported_is_refused_with_its_line(tmp_path: Path, golden: 
     with golden.raises(NrpError, match="nest") as caught:
         run_script(path)
     assert caught.value.line == 1 + len(text.splitlines())
+
+
+def test_precise_cells_fire_between_grid_points_at_the_times_of_the_membrane_equation(run: Run) -> None:
+    found = run(
+        "import nest\n"
+        "nest.resolution = 1.0\n"
+        "cell = nest.Create('iaf_psc_exp_ps', params={'I_e': 700.0})\n"
+        "spikes = nest.Create('spike_recorder')\n"
+        "nest.Connect(cell, spikes)\n"
+        "nest.Simulate(60.0)\n"
+        "times = spikes.events['times']\n"
+    )
+    rises = 10.0 * log(28.0 / (28.0 - 15.0))  # from E_L to 15 mV above it, towards 28 mV
+    assert found["times"] == pytest.approx(rises + (rises + 2.0) * np.arange(6), abs=1e-6)
+
+
+def test_a_stochastic_cell_fires_at_its_hazard_and_refractory_period(run: Run) -> None:
+    found = run(
+        "import nest\n"
+        "cells = nest.Create('gif_psc_exp', 200, {'lambda_0': 100.0, 'Delta_V': 1e9, 't_ref': 4.0})\n"
+        "spikes = nest.Create('spike_recorder')\n"
+        "nest.Connect(cells, spikes)\n"
+        "nest.Simulate(700.0)\n"
+        "count = spikes.n_events\n"
+    )
+    assert found["count"] == pytest.approx(200 * 700.0 / (4.0 + 10.0), rel=0.04)
+
+
+def test_a_generalised_cell_fires_at_the_rate_of_the_membrane_equation(run: Run) -> None:
+    found = run(
+        "import nest\n"
+        "cell = nest.Create('glif_psc', params={'C_m': 100.0, 'g': 10.0, 'E_L': -70.0, 'V_m': -70.0,\n"
+        "                   'V_reset': -70.0, 'V_th': -55.0, 't_ref': 3.0, 'tau_syn': [2.0, 5.0]})\n"
+        "source = nest.Create('dc_generator', params={'amplitude': 280.0})\n"
+        "nest.Connect(source, cell, syn_spec={'delay': 0.1})\n"
+        "spikes = nest.Create('spike_recorder')\n"
+        "nest.Connect(cell, spikes)\n"
+        "nest.Simulate(100.0)\n"
+        "times = spikes.events['times']\n"
+    )
+    between = 10.0 * log(28.0 / (28.0 - 15.0)) + 3.0
+    assert np.diff(found["times"]) == pytest.approx(between, abs=0.2)
+
+
+def test_a_cell_of_iaf_tum_2000_depresses_its_synapses_as_tsodyks_synapse_does(run: Run) -> None:
+    found = run(
+        "import nest\n"
+        "own = {'U': 0.6, 'tau_rec': 300.0, 'tau_fac': 0.0, 'tau_psc': 2.0}\n"
+        "traces = []\n"
+        "for model, more, synapse in [\n"
+        "    ('iaf_tum_2000', {**own, 'x': 1.0}, {'receptor_type': 1}),\n"
+        "    ('iaf_psc_exp', {}, {'synapse_model': 'tsodyks_synapse', **own}),\n"
+        "]:\n"
+        "    nest.ResetKernel()\n"
+        "    first, second = nest.Create(model, 1, {'I_e': 500.0, **more}), nest.Create('iaf_psc_exp')\n"
+        "    nest.Connect(first, second, syn_spec={'weight': 100.0, 'delay': 1.0, **synapse})\n"
+        "    meter = nest.Create('voltmeter')\n"
+        "    nest.Connect(meter, second)\n"
+        "    nest.Simulate(100.0)\n"
+        "    traces.append(meter.events['V_m'])\n"
+    )
+    first, second = found["traces"]
+    assert first == pytest.approx(second, abs=1e-9)
+    assert np.ptp(first) > 0.1
+
+
+def test_parrots_repeat_every_spike_of_a_poisson_generator(run: Run) -> None:
+    found = run(
+        "import nest\n"
+        "source, relays = nest.Create('poisson_generator', params={'rate': 1e5, 'start': 10.0}), "
+        "nest.Create('parrot_neuron', 2)\n"
+        "spikes = nest.Create('spike_recorder')\n"
+        "nest.Connect(source, relays, syn_spec={'delay': 2.0})\n"
+        "nest.Connect(relays, spikes)\n"
+        "nest.Simulate(112.0)\n"
+        "events = spikes.events\n"
+        "source.rate = 0.0\n"
+        "nest.Simulate(10.0)\n"
+        "then = spikes.n_events\n"
+    )
+    assert set(found["events"]["senders"].tolist()) == {2, 3}
+    assert len(found["events"]["times"]) == pytest.approx(2e4, rel=0.04)
+    assert found["events"]["times"].min() >= 12.0
+    assert found["then"] == len(found["events"]["times"])
+
+
+def test_the_weight_of_the_spikes_of_a_generator_multiplies_that_of_its_synapses(run: Run) -> None:
+    found = run(
+        "import nest\n"
+        "rises = []\n"
+        "for given, weight in ((), 60.0), ([3.0], 20.0):\n"
+        "    nest.ResetKernel()\n"
+        "    source = nest.Create('spike_generator', params={'spike_times': [1.0], 'spike_weights': given})\n"
+        "    cell, meter = nest.Create('iaf_psc_exp'), nest.Create('voltmeter')\n"
+        "    nest.Connect(source, cell, syn_spec={'weight': weight})\n"
+        "    nest.Connect(meter, cell)\n"
+        "    nest.Simulate(10.0)\n"
+        "    rises.append(meter.events['V_m'].tolist())\n"
+    )
+    assert found["rises"][0] == found["rises"][1]
+    assert max(found["rises"][0]) > -69.9
 
 
 def test_a_script_that_imports_nest_builds_the_brain_of_an_experiment(tmp_path: Path) -> None:

@@ -204,7 +204,10 @@ class _Interface:
             raise NetworkError(f"nest: {array.size} values for {len(i)} synapses")
 
         values = {key: value for key, value in given.items() if value is not None}
-        return made.connect(sources[i], targets[j], name, values, ends.places(i, j, made.random), weave)
+        places = ends.places(i, j, made.random)
+        if rule.get("make_symmetric"):
+            made.connect(targets[j], sources[i], name, values, places, weave)
+        return made.connect(sources[i], targets[j], name, values, places, weave)
 
     def GetConnections(
         self, source: Any = None, target: Any = None, synapse_model: Any = None, **_more: Any

@@ -17,13 +17,17 @@ from nrp_core.network.cells import CELLS as CELL_TYPES
 from nrp_core.network.equations.model import CELL_TYPE
 from nrp_core.network.nest_models import LEAK_NS, NEST_CELLS, CellModel, NestParameter
 from nrp_core.network.pynn.export import cell_type_of
-from nrp_core.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
+from nrp_core.network.synapses import ELECTRICAL, STATIC, STDP, TSODYKS_MARKRAM
 from nrp_pynest.equations import EQUATIONS
 
 PARROT: Final = "parrot_neuron"
 POISSON: Final = "poisson_generator"
 SPIKES: Final = "spike_generator"
 CURRENT: Final = "dc_generator"
+PRECISE: Final = {f"{name}_ps": name for name in ("iaf_psc_exp", "iaf_psc_alpha", "iaf_psc_delta")}
+"""The models whose cells spike between grid points, and those whose cells spike at them."""
+TSODYKS_CELL: Final = "iaf_tum_2000"
+"""The model whose cells determine the short-term plasticity of their synapses with receptor type 1."""
 FOREVER_MS: Final = 1e12
 
 _KILO = 1e-3
@@ -40,7 +44,7 @@ _REPEATING: Mapping[str, tuple[str, float, float]] = {
 }  # fmt: skip
 _IZHIKEVICH = {"a": 0.02, "b": 0.2, "c": -65.0, "d": 8.0}
 
-CELLS: Final[Mapping[str, CellModel]] = {
+STANDARD: Final[Mapping[str, CellModel]] = {
     **NEST_CELLS,
     "iaf_neuron": NEST_CELLS["iaf_psc_alpha"],
     "iaf_psc_exp_multisynapse": NEST_CELLS["iaf_psc_exp"],
@@ -54,15 +58,24 @@ CELLS: Final[Mapping[str, CellModel]] = {
         "HH_cond_exp", {name: NestParameter(*pair) for name, pair in _PAIRS.items()}, _KILO
     ),
     PARROT: CellModel("IF_curr_delta", {name: NestParameter(*pair) for name, pair in _REPEATING.items()}),
+    **{name: NEST_CELLS[plain] for name, plain in PRECISE.items()},
+    TSODYKS_CELL: NEST_CELLS["iaf_psc_exp"],
+}  # fmt: skip
+"""The models that are standard cells of PyNN; a parrot is one that any weight makes spike."""
+CELLS: Final[Mapping[str, CellModel]] = {
+    **STANDARD,
     **{
         name: CellModel(
             CELL_TYPE,
-            {own: NestParameter(nest, 1.0, model.defaults[nest]) for own, nest in model.parameters.items()},
+            {
+                own: NestParameter("I_e" if own == "i_offset" else own, 1.0, default)
+                for own, default in model.numbers.items()
+            },
         )
         for name, model in EQUATIONS.items()
     },
-}  # fmt: skip
-"""Models of cells; a parrot is one that any weight makes spike."""
+}
+"""All models of cells."""
 SPIKE_RECORDERS: Final = ("spike_detector", "spike_recorder")
 MULTIMETERS: Final = ("multimeter", "voltmeter")
 _WINDOW: Final[Mapping[str, Any]] = {"start": 0.0, "stop": FOREVER_MS, "origin": 0.0}
@@ -103,6 +116,7 @@ LISTS: Final = frozenset(
     {
         "spike_times", "spike_weights", "spike_multiplicities", "tau_syn", "amplitude_times",
         "amplitude_values", "pulse_times", "record_from",
+        *(name for one in EQUATIONS.values() for name in one.lists),
     }
 )  # fmt: skip
 """Parameters that are lists."""
@@ -147,7 +161,10 @@ def valid_recovery_ms(tau_rec_ms: Any) -> Any:
     return np.where(np.less_equal(tau_rec_ms, 0), AT_ONCE_MS, tau_rec_ms)[()]
 
 
-_INITIAL_MV = {"izhikevich": -65.0, "hh_cond_exp_traub": -60.0}
+_OF_TSODYKS_CELLS = {
+    "U": 0.5, "tau_psc": 2.0, "tau_rec": 400.0, "tau_fac": 1000.0, "x": 0.0, "y": 0.0, "u": 0.0, "rho": 0.01,
+    "delta": 0.0,
+}  # fmt: skip
 _PLAIN = {"weight": 1.0, "delay": 1.0}
 SYNAPSES: Final[Mapping[str, SynapseModel]] = {
     "static_synapse": SynapseModel(STATIC, _PLAIN),
@@ -155,6 +172,9 @@ SYNAPSES: Final[Mapping[str, SynapseModel]] = {
     "tsodyks_synapse": SynapseModel(TSODYKS_MARKRAM, {**_PLAIN, **_TSODYKS}),
     "tsodyks_synapse_hom": SynapseModel(TSODYKS_MARKRAM, {**_PLAIN, **_TSODYKS}),
     "tsodyks2_synapse": SynapseModel(TSODYKS_MARKRAM, {**_PLAIN, **_TSODYKS}),
+    "static_synapse_hpc": SynapseModel(STATIC, _PLAIN),
+    "static_synapse_hom_w_hpc": SynapseModel(STATIC, _PLAIN),
+    "gap_junction": SynapseModel(ELECTRICAL, _PLAIN),
     "stdp_synapse": SynapseModel(STDP, {**_PLAIN, **_STDP}),
     "stdp_synapse_hom": SynapseModel(STDP, {**_PLAIN, **_STDP}),
     "stdp_pl_synapse_hom": SynapseModel(STDP, {**_PLAIN, **_STDP}),
@@ -165,7 +185,10 @@ def defaults_of(name: str) -> dict[str, Any]:
     """Return the parameters of a model of cells, generators or recorders, NEST's names and units."""
     if name not in CELLS:
         return dict(GENERATORS.get(name, RECORDER_DEFAULTS.get(name, {})))
-    values = {parameter.name: parameter.default for parameter in CELLS[name].parameters.values()}
+    if name in EQUATIONS:
+        return dict(EQUATIONS[name].defaults)
+    values: dict[str, Any] = {one.name: one.default for one in CELLS[name].parameters.values()}
+    values |= _OF_TSODYKS_CELLS if name == TSODYKS_CELL else {}
     if name in LEAK_NS:
         values["g_L"] = LEAK_NS[name]
         values.pop("tau_m")
@@ -180,10 +203,10 @@ def initial_mv(model: str) -> float:
     if model in EQUATIONS:
         return EQUATIONS[model].initial.get("V_m", 0.0)
     rest = CELLS[model].parameters.get("v_rest")
-    return _INITIAL_MV[model] if rest is None else rest.default
+    return -65.0 if rest is None else rest.default
 
 
-NEST_OF = {model.cell_type: name for name, model in reversed(list(CELLS.items())) if name not in EQUATIONS}
+NEST_OF = {model.cell_type: name for name, model in reversed(list(STANDARD.items()))}
 """NEST's name of each cell type."""
 
 
@@ -253,13 +276,13 @@ def model_of(population: Any) -> tuple[str, CellModel]:
         raise NetworkError(
             f"nest: cells of the population '{population.label}' are {kind}, which NEST has not"
         )
-    return NEST_OF[kind], CELLS[NEST_OF[kind]]
+    return NEST_OF[kind], STANDARD[NEST_OF[kind]]
 
 
 def scale_of(population: Any) -> float:
     """Return the factor from NEST's unit of weights to PyNN's: nS to µS, pA to nA, or mV to mV."""
     kind = cell_type_of(population)
-    return CELLS[NEST_OF[kind]].weight_scale if kind in NEST_OF else 1e-3
+    return STANDARD[NEST_OF[kind]].weight_scale if kind in NEST_OF else 1e-3
 
 
 def recordables(model: str) -> tuple[str, ...]:
@@ -270,6 +293,6 @@ def recordables(model: str) -> tuple[str, ...]:
 def states_of(model: str) -> dict[str, tuple[str, float]]:
     """Return the state variables of a model: the name in a network, and the factor to its unit."""
     if model in EQUATIONS:
-        return {name: (name, 1.0) for name in EQUATIONS[model].recordables}
+        return {name: ("v" if name == "V_m" else name, 1.0) for name in EQUATIONS[model].recordables}
     cell = CELL_TYPES[CELLS[model].cell_type]
     return {name: (own, scale) for name, (own, scale) in STATES.items() if own in cell.state}

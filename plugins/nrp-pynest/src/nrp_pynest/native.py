@@ -12,9 +12,8 @@ from pyNN.parameters import LazyArray
 from nrp_core.errors import CapabilityError, did_you_mean
 from nrp_core.network.nest_models import LEAK_NS
 from nrp_core.network.synapses import STDP, TSODYKS_MARKRAM
-from nrp_pynest.equations import EQUATIONS
 from nrp_pynest.kernel import Kernel
-from nrp_pynest.models import CELLS, PARROT, defaults_of
+from nrp_pynest.models import PARROT, STANDARD, defaults_of
 
 _LAWS = (("TsodyksMarkramSynapse", "tsodyks_synapse"), ("STDPMechanism", "stdp_synapse"))
 
@@ -84,9 +83,9 @@ def native_cell(sim: ModuleType, name: str, kernel: Kernel) -> type:
         CapabilityError: there is none.
     """
     original, defaults = kernel.copies.get(name, (name, {}))
-    if original not in CELLS or original in EQUATIONS:
-        raise CapabilityError(f"NEST's cell type '{name}' is not supported{did_you_mean(name, CELLS)}")
-    model, base = CELLS[original], getattr(sim, CELLS[original].cell_type)
+    if original not in STANDARD:
+        raise CapabilityError(f"NEST's cell type '{name}' is not supported{did_you_mean(name, STANDARD)}")
+    model, base = STANDARD[original], getattr(sim, STANDARD[original].cell_type)
 
     def begin(self: Any, **given: Any) -> None:
         values = {**defaults_of(original), **defaults, **given}

@@ -18,17 +18,21 @@ from nrp_core.network.equations.model import CELL_TYPE
 from nrp_core.network.nest_models import LEAK_NS, NestParameter
 from nrp_core.network.picking import CIRCUIT
 from nrp_core.network.pynn.export import unique
-from nrp_core.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
+from nrp_core.network.synapses import ELECTRICAL, STATIC, STDP, TSODYKS_MARKRAM
 from nrp_pynest.equations import EQUATIONS
 from nrp_pynest.kernel import Block, Group, Kernel, Node, Nodes
 from nrp_pynest.models import (
     CELLS,
     CURRENT,
     CURRENTS,
+    PARROT,
+    POISSON,
     POISSONS,
     SPIKE_RECORDERS,
+    SPIKES,
     STATES,
     TRAINS,
+    TSODYKS_CELL,
     initial_mv,
     valid_recovery_ms,
 )
@@ -37,6 +41,7 @@ PLAIN: Final = {"iaf_psc_exp_multisynapse": "iaf_psc_exp", "iaf_psc_alpha_multis
 """The models with several receptors, and those with two that are otherwise equal."""
 RECEPTOR: Final = "receptor_type"
 _TIMES: Final = (2.0,)
+_KILO: Final = 1e-3
 _SIGNS: Final = (("tau_syn_ex", "positive", 1.0), ("tau_syn_in", "negative", -1.0))
 
 
@@ -69,10 +74,7 @@ def _incoming(group: Group, kernel: Kernel) -> tuple[IntArray, FloatArray, Float
     for i, (place, receptor) in enumerate(zip(places.tolist(), receptors.tolist(), strict=True)):
         known = times_of[place]
         if not 1 <= receptor <= len(known):
-            named = f"receptor {receptor:g}" if receptor else "no receptor"
-            raise NetworkError(
-                f"nest: a synapse onto '{group.model}' names {named}; receptor_type must be 1 to {len(known)}"
-            )
+            raise NetworkError(_no_receptor(group, receptor, len(known)))
         times[i] = known[int(receptor) - 1]
     return places, weights, times
 
@@ -164,6 +166,8 @@ class Conversion:
         self.places: list[tuple[Block, IntArray, float]] = []
         self.current_links: list[Link] = []
         self.heard: dict[int, list[int]] = {}
+        self._repeaters: set[int] = set()
+        self._gaps: dict[tuple[str, str], list[Link]] = {}
         self.network = self._made()
 
     def _made(self) -> Network:
@@ -172,6 +176,7 @@ class Conversion:
             self._add(group, label)
         for link in self._links:
             self._connect(link)
+        self._join_gaps()
         resolution = float(self._kernel.status["resolution"])
         return Network(self._populations, tuple(self._projections), timestep_ms=resolution)
 
@@ -183,12 +188,36 @@ class Conversion:
         first = self._n_cells
         self.ids |= {group.first + i: first + i for i in range(group.size)}
         self._labels[group.first] = label
-        if group.base in CELLS:
+        if group.base == PARROT and (links := self._generators_of(group)):
+            self._populations[label] = self._repeated(group, label, links, first)
+        elif group.base in CELLS:
             cells = with_two_receptors(group, self._kernel)
             self._populations[label] = cells_from(cells, label, self._currents(group))
         else:
             times = tuple(trains_of(group, self._kernel.random))
             self._populations[label] = Population(label, group.size, "SpikeSourceArray", {}, {}, times)
+
+    def _generators_of(self, group: Group) -> list[Link]:
+        """Return the synapses onto parrots whose only input is one Poisson generator each, else nothing."""
+        links = [link for link in self._links if link.target is group]
+        sources = {link.source.base for link in links}
+        posts = np.concatenate([np.empty(0, np.int64), *(link.post for link in links)])
+        counts = np.bincount(posts, minlength=group.size)
+        is_plain = sources == {POISSON} and (counts == 1).all() and not self._kernel.is_lenient
+        return links if is_plain else []
+
+    def _repeated(self, group: Group, label: str, links: list[Link], first: int) -> Population:
+        """Return such parrots as sources; a cell could not repeat several spikes of one step."""
+        self._repeaters.add(group.first)
+        values = {name: np.zeros(group.size) for name in ("rate", "start", "duration")}
+        for link in links:
+            given = trains_at(link.source, link.pre)
+            given["start"] = given["start"] + link.values["delay"]
+            for name, column in given.items():
+                values[name][link.post] = column
+            for place, cell in zip(link.pre.tolist(), link.post.tolist(), strict=True):
+                self.sources.setdefault(link.source.first + place, []).append(first + cell)
+        return Population(label, group.size, "SpikeSourcePoisson", values)
 
     def _currents(self, group: Group) -> FloatArray:
         """Return the constant current that generators send into each cell, nA.
@@ -213,6 +242,8 @@ class Conversion:
                 for i, place in enumerate(link.post.tolist()):
                     self.heard.setdefault(target.first + place, []).append(first + i)
             return
+        if target.first in self._repeaters:
+            return
         if source.base in POISSONS:
             label = self._own_sources(source, pre)
             pre = np.arange(len(pre))
@@ -222,7 +253,10 @@ class Conversion:
             if source.base in CURRENTS:
                 self.current_links.append(link)
             return
-        for receptor, chosen in by_receptor(link.values["weight"]):
+        if link.kind == ELECTRICAL:
+            self._gaps.setdefault((self._labels[source.first], self._labels[target.first]), []).append(link)
+            return
+        for receptor, chosen in receptors_of(link):
             values = {name: column[chosen] for name, column in link.values.items()}
             self._project(label, receptor, pre[chosen], link.post[chosen], values, link)
             conducts = self._populations[self._labels[target.first]].is_conductance_based
@@ -230,6 +264,23 @@ class Conversion:
             scale = sign * CELLS[target.base].weight_scale
             places = chosen if isinstance(link.places, slice) else link.places[chosen]
             self.places.append((link.block, places, scale))
+
+    def _join_gaps(self) -> None:
+        """Add gap junctions, each of which NEST creates in both directions."""
+        for (pre, post), links in self._gaps.items():
+            pre_index, post_index, weight = half_of(links, has_other=pre == post or (post, pre) in self._gaps)
+            if not len(weight):
+                continue
+            label = unique([*(one.label for one in self._projections), f"{pre}—{post} electrical"])[-1]
+            ends = pre_index.astype(np.int32), post_index.astype(np.int32)
+            self._projections.append(
+                Projection(
+                    label, pre, post, "excitatory", ends[0], ends[1], weight * _KILO, np.zeros(len(weight)),
+                    ELECTRICAL,
+                )
+            )  # fmt: skip
+            block = Block("gap_junction", links[0].block.base, *ends, {"weight": weight}, self._kernel)
+            self.places.append((block, np.arange(len(weight)), _KILO))
 
     def _own_sources(self, source: Group, pre: IntArray) -> str:
         label = unique([*self._populations, source.model])[-1]
@@ -252,14 +303,13 @@ class Conversion:
         weight, delay_ms = _scaled(values["weight"], sign * scale), _scaled(values["delay"], 1.0)
         if link.kind == STDP:
             values = {**values, "tau_minus": link.target.column("tau_minus", 20.0)[post_index]}
-        kind, parameters, plasticity = plasticity_of(
-            link.kind, values, scale, is_lenient=self._kernel.is_lenient
-        )
+        kind, values, state = with_plasticity_of_source(link, values, pre_index)
+        kind, parameters, plasticity = plasticity_of(kind, values, scale, is_lenient=self._kernel.is_lenient)
         label = unique([*(one.label for one in self._projections), f"{pre}→{post} {receptor}"])[-1]
         self._projections.append(
             Projection(
                 label, pre, post, receptor, pre_index.astype(np.int32), post_index.astype(np.int32),
-                weight, delay_ms, kind, parameters, plasticity,
+                weight, delay_ms, kind, parameters, plasticity, initial_values=state,
             )
         )  # fmt: skip
 
@@ -288,7 +338,26 @@ def _links(kernel: Kernel) -> Iterator[Link]:
             pre, post = block.pre[chosen] - starts[source], block.post[chosen] - starts[target]
             values = {name: column[chosen] for name, column in block.values.items()}
             ends_of = kernel.groups[source], kernel.groups[target]
+            if ends_of[0].base == SPIKES and "spike_weights" in {**ends_of[0].defaults, **ends_of[0].values}:
+                values["weight"] = values["weight"] * spike_weights(ends_of[0])[pre]
             yield Link(*ends_of, pre, post, values, block.base.kind, block, chosen)
+
+
+def spike_weights(group: Group) -> FloatArray:
+    """Return the factor by which each spike generator multiplies the weights of its synapses.
+
+    Raises:
+        NetworkError: it differs between the spikes of a generator.
+    """
+    given = group.values.get("spike_weights", [group.defaults.get("spike_weights", ())] * group.size)
+    rows = [np.unique(np.asarray(one, float)) for one in given]
+    for row in rows:
+        if len(row) > 1:
+            raise NetworkError(
+                f"nest: 'spike_weights' of '{group.model}' are {row[0]:g} and {row[1]:g}; here they must be "
+                "equal for all spikes of a generator"
+            )
+    return np.array([row[0] if len(row) else 1.0 for row in rows])
 
 
 def cells_from(group: Group, label: str, current_na: FloatArray) -> Population:
@@ -319,12 +388,40 @@ def cells_from(group: Group, label: str, current_na: FloatArray) -> Population:
 
 def _equation_cells(group: Group, label: str) -> Population:
     model = EQUATIONS[group.base]
-    parameters = {own: group.column(nest, model.defaults[nest]) for own, nest in model.parameters.items()}
+    lists = {name: _lists(group, name) for name in model.lists}
+    cell = model.cell_of({name: table.shape[1] for name, table in lists.items()})
+    given = {name: group.column(name, value) for name, value in model.numbers.items() if name != "i_offset"}
+    given |= {f"{name}_{k + 1}": table[:, k] for name, table in lists.items() for k in range(table.shape[1])}
+    given |= {"i_offset": group.column("I_e", 0.0), **model.derive(given)}
     initial = {
-        name: group.column("V_m" if name in ("now", "before") else name, model.initial.get(name, 0.0))
-        for name in model.cell.model.variables
+        name: given[name]
+        if name in given
+        else group.column(nest := _NEST_NAMES.get(name, name), model.initial.get(nest, 0.0))
+        for name in cell.model.variables
     }
-    return Population(label, group.size, CELL_TYPE, parameters, initial, equations=model.cell)
+    parameters = {name: given[name] for name in cell.units}
+    return Population(label, group.size, CELL_TYPE, parameters, initial, equations=cell)
+
+
+_NEST_NAMES: Final = dict.fromkeys(("v", "now", "before"), "V_m")
+"""The variables of equations that have other names in NEST."""
+
+
+def _lists(group: Group, name: str) -> FloatArray:
+    """Return a parameter that is a list, one row for each cell.
+
+    Raises:
+        NetworkError: the lists of the cells have different lengths.
+    """
+    default = group.defaults[name]
+    rows = [default if np.ndim(one) == 0 else one for one in group.values.get(name, [default] * group.size)]
+    lengths = sorted({len(row) for row in rows})
+    if len(lengths) > 1:
+        raise NetworkError(
+            f"nest: the lists '{name}' of '{group.model}' have {lengths[0]} and {lengths[-1]} elements "
+            "in one call of Create; create cells with different lengths by several calls"
+        )
+    return np.array(rows, dtype=float).reshape(group.size, lengths[0])
 
 
 def _parameter(group: Group, parameter: NestParameter) -> FloatArray:
@@ -400,6 +497,70 @@ def by_receptor(weight: FloatArray) -> Iterator[tuple[str, Any]]:
     for receptor, chosen in (("excitatory", ~is_negative), ("inhibitory", is_negative)):
         if chosen.any():
             yield receptor, chosen
+
+
+def half_of(links: Sequence[Link], *, has_other: bool) -> tuple[IntArray, IntArray, FloatArray]:
+    """Return one of the two directions of gap junctions: indices of both ends, and weights.
+
+    Args:
+        links: the junctions from one group to another.
+        has_other: whether there are junctions back.
+
+    Raises:
+        NetworkError: a junction exists only in one direction.
+    """
+    pre, post = (np.concatenate([getattr(one, end) for one in links]) for end in ("pre", "post"))
+    source, target = links[0].source, links[0].target
+    kept = pre + source.first < post + target.first
+    if not has_other or (source is target and 2 * kept.sum() != (pre != post).sum()):
+        raise NetworkError(
+            f"nest: a gap junction from '{source.model}' to '{target.model}' exists in one direction only; "
+            "connect both, or use 'make_symmetric'"
+        )
+    return pre[kept], post[kept], np.concatenate([one.values["weight"] for one in links])[kept]
+
+
+def with_plasticity_of_source(
+    link: Link, values: Mapping[str, FloatArray], pre_index: IntArray
+) -> tuple[str, Mapping[str, FloatArray], dict[str, FloatArray]]:
+    """Return the kind, the values and the state at time 0 of synapses.
+
+    Cells of ``iaf_tum_2000`` have the short-term plasticity of their synapses with receptor type 1.
+
+    Raises:
+        NetworkError: such a cell fires at random.
+    """
+    source = link.source
+    if source.base != TSODYKS_CELL or not (values.get(RECEPTOR, np.zeros(1)) == 1).all():
+        return link.kind, values, {}
+    if source.column("delta", 0.0).any():
+        raise NetworkError("nest: 'delta' of iaf_tum_2000, by which it fires at random, must be 0 here")
+    own = {name: source.column(name, 0.0)[pre_index] for name in ("U", "tau_rec", "tau_fac", "x", "y", "u")}
+    state = {"u": own["u"], "y": own["y"], "z": 1.0 - own["x"] - own["y"]}
+    return TSODYKS_MARKRAM, {**values, **own}, state
+
+
+def receptors_of(link: Link) -> Iterator[tuple[str, Any]]:
+    """Yield the receptors of synapses, as far as they occur, with the indices of the synapses.
+
+    Raises:
+        NetworkError: a synapse names a receptor that its target does not have.
+    """
+    model = EQUATIONS.get(link.target.base)
+    if model is None or not (model.ports or model.n_ports):
+        yield from by_receptor(link.values["weight"])
+        return
+    n = _lists(link.target, model.ports).shape[1] if model.ports else model.n_ports
+    numbers = link.values.get(RECEPTOR, np.zeros(len(link.pre)))
+    for number in np.unique(numbers).tolist():
+        if not 1 <= number <= n:
+            raise NetworkError(_no_receptor(link.target, number, n))
+        yield f"receptor{number:g}", np.flatnonzero(numbers == number)
+
+
+def _no_receptor(group: Group, number: float, n: int) -> str:
+    named = f"receptor {number:g}" if number else "no receptor"
+    return f"nest: a synapse onto '{group.model}' names {named}; receptor_type must be 1 to {n}"
 
 
 def nodes_in(value: Any) -> Sequence[Node]:

@@ -24,10 +24,12 @@ from nrp_pynest.models import (
     FOREVER_MS,
     MULTIMETERS,
     NEST_OF,
+    PARROT,
     POISSON,
     POISSONS,
     SPIKE_RECORDERS,
     SPIKES,
+    STANDARD,
     STATES,
     SynapseModel,
     states_of,
@@ -221,7 +223,7 @@ class RunningKernel(Kernel):
         if not self._built.is_running:
             return values
         cells, group = self._numbers()[0], self.group_of(node)
-        if group.base in CELLS:
+        if group.base in CELLS and group.base != PARROT:
             voltage = states_of(group.base)["V_m"][0]
             values["V_m"] = float(self._built.brain.read_state(voltage, [cells[node]])[0])
         elif group.base in SPIKE_RECORDERS:
@@ -323,8 +325,8 @@ class RunningKernel(Kernel):
         if not heard.size:
             return {}
         if self._owners is None:
-            self._owners = {cell: node for node, cell in made.ids.items()}
-            self._owners |= {cell: node for node, cells in made.sources.items() for cell in cells}
+            self._owners = {cell: node for node, cells in made.sources.items() for cell in cells}
+            self._owners |= {cell: node for node, cell in made.ids.items()}  # parrots repeat generators
         spikes = self._built.spikes(heard).within(self._since_ms.get(int(node), -inf), inf)
         senders = np.array([self._owners[cell] for cell in spikes.neurons.tolist()], dtype=np.int64)
         return {"n_events": len(spikes), "events": {"senders": senders, "times": spikes.times_ms}}
@@ -342,10 +344,10 @@ def _describe(built: BuiltBrain, kernel: Kernel) -> list[str]:
     kernel.groups, labels = list(groups.values()), list[str]()
     for one in network.projections:
         target = groups[one.post]
-        if not one.size or target.base not in CELLS:
+        if not one.size or target.base not in STANDARD:
             continue
         sign = -1.0 if one.receptor == "inhibitory" else 1.0
-        weight = sign * np.abs(built.brain.read_weights(one.label)) / CELLS[target.base].weight_scale
+        weight = sign * np.abs(built.brain.read_weights(one.label)) / STANDARD[target.base].weight_scale
         more = {_TSODYKS.get(name, name): column.copy() for name, column in one.synapse_parameters.items()}
         values = {"weight": weight, "delay": one.delay_ms.copy(), **more}
         ends = groups[one.pre].first + one.pre_index, target.first + one.post_index
@@ -358,11 +360,11 @@ def _describe(built: BuiltBrain, kernel: Kernel) -> list[str]:
 
 def _columns(base: str, built: BuiltBrain, ids: IntArray) -> dict[str, list[Any]]:
     """Return the parameters of neurons in the names and units of NEST."""
-    if base not in CELLS:
+    if base not in STANDARD:
         return {}
     columns = {
         theirs.name: (built.parameter(ours)[ids] / theirs.scale).tolist()
-        for ours, theirs in CELLS[base].parameters.items()
+        for ours, theirs in STANDARD[base].parameters.items()
     }
     if base in LEAK_NS:
         columns["g_L"] = (built.parameter("cm")[ids] * 1e3 / built.parameter("tau_m")[ids]).tolist()

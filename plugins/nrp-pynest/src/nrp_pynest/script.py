@@ -21,7 +21,7 @@ from nrp_pynest.built import BuiltBrain
 from nrp_pynest.currents import driven
 from nrp_pynest.dialect import Dialect
 from nrp_pynest.kernel import random_of
-from nrp_pynest.models import CURRENTS, RECORDERS, SPIKE_RECORDERS, STATES
+from nrp_pynest.models import CELLS, CURRENTS, PRECISE, RECORDERS, SPIKE_RECORDERS, STATES
 from nrp_pynest.running import RunningKernel
 
 DEFAULT_BACKEND = "event"
@@ -131,8 +131,10 @@ class ScriptKernel(RunningKernel):
     def _open(self) -> None:
         made = self._converted()
         backend = brains().load(self._backend)
-        own = {}
-        if "resolution" in backend.options.model_fields:
+        own: dict[str, str] = {}
+        if self._is_precise():
+            pass
+        elif "resolution" in backend.options.model_fields:
             own["resolution"] = f"{float(self.status['resolution'])!r} ms"
         elif "timestep" in backend.options.model_fields:
             own["timestep"] = f"{float(self.status['resolution'])!r} ms"
@@ -144,6 +146,20 @@ class ScriptKernel(RunningKernel):
         for group in self.groups:
             if group.base in CURRENTS:
                 self._drive(range(group.first, group.first + group.size))
+
+    def _is_precise(self) -> bool:
+        """Return whether the cells spike between grid points.
+
+        Raises:
+            NetworkError: only some do.
+        """
+        kinds = {group.base in PRECISE: group.model for group in self.groups if group.base in CELLS}
+        if len(kinds) > 1:
+            raise NetworkError(
+                f"nest: '{kinds[True]}' spikes between grid points and '{kinds[False]}' at them; here all "
+                "cells of a network do one or the other"
+            )
+        return True in kinds
 
     def _record(self) -> None:
         """Let recorders record what they are connected to."""
