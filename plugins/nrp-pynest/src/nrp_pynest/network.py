@@ -279,7 +279,9 @@ class Conversion:
                     ELECTRICAL,
                 )
             )  # fmt: skip
-            block = Block("gap_junction", links[0].block.base, *ends, {"weight": weight}, self._kernel)
+            block = Block(
+                "gap_junction", links[0].block.base, pre_index, post_index, {"weight": weight}, self._kernel
+            )
             self.places.append((block, np.arange(len(weight)), _KILO))
 
     def _own_sources(self, source: Group, pre: IntArray) -> str:
