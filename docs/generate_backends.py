@@ -31,8 +31,15 @@ to be. The rows of the first tables are described in [brains](../../nrp_core/bra
 Speeds are in wall time, on a shared machine.
 """
 
-OPTIONS: Mapping[str, Mapping[str, str]] = {"ros": {"body": "mujoco"}}
+OPTIONS: Mapping[str, Mapping[str, str]] = {
+    "ros": {"body": "mujoco"},
+    "gymnasium": {"env": "Pendulum-v1", "timestep": "50 ms"},
+}
 """With which options a backend is proved that needs more than itself without them."""
+
+_OPENSIM = TARGET.parents[2] / "plugins/nrp-world-opensim/src/nrp_world_opensim"
+SCENES: Mapping[str, str] = {"opensim": str(_OPENSIM / "reflex_arm/muscle_arm.osim")}
+"""The scene of a world that reads files of its own."""
 
 Data = Mapping[str, Any]
 
@@ -50,7 +57,10 @@ def made() -> list[Data]:
     """Prove every installed backend."""
     kinds = {"brain": brains(), "world": worlds()}
     names = [(kind, name) for kind, registry in kinds.items() for name in registry.names()]
-    return [Proof(kind, name, OPTIONS.get(name, {}), "full").run().to_dict() for kind, name in names]
+    return [
+        Proof(kind, name, OPTIONS.get(name, {}), "full", SCENES.get(name, "")).run().to_dict()
+        for kind, name in names
+    ]
 
 
 def with_declared(text: str) -> str:
@@ -77,13 +87,18 @@ def with_declared(text: str) -> str:
 def page(reports: list[Data]) -> Iterator[str]:
     """Return the lines of the page."""
     yield HEAD
-    for kind in ("brain", "world"):
-        chosen = sorted((r for r in reports if r["kind"] == kind), key=lambda r: str(r["name"]))
+    for title in ("Brains", "Worlds", "Worlds with their own scene"):
+        chosen = sorted((r for r in reports if _title(r) == title), key=lambda r: str(r["name"]))
         if chosen:
-            yield f"## {kind.capitalize()}s\n"
+            yield f"## {title}\n"
             yield from declared(chosen)
             yield from verdicts(chosen)
             yield from measured(chosen)
+
+
+def _title(report: Data) -> str:
+    own = " with their own scene" if report["capabilities"].get("own_scene") else ""
+    return f"{report['kind'].capitalize()}s{own}"
 
 
 def declared(reports: list[Data]) -> Iterator[str]:
@@ -146,7 +161,9 @@ def _header(title: str, reports: list[Data]) -> Iterator[str]:
 
 def _called(report: Data) -> str:
     """Return the name of a backend, and the options that make it another one."""
-    return " ".join([f"`{report['name']}`", *(f"{key}={value}" for key, value in report["options"].items())])
+    scene = [report["scene"]] if report.get("scene") else []
+    options = (f"{key}={value}" for key, value in report["options"].items())
+    return " ".join([f"`{report['name']}`", *scene, *options])
 
 
 def _row(first: str, others: list[str]) -> str:

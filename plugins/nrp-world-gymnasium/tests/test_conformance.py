@@ -1,15 +1,20 @@
-"""The conformance kit puts robots into a room, which an environment does not have."""
+"""What every world with its own scene must do, from the platform's own kit."""
 
-import pytest
-from golden import Golden
-from nrp_conformance.proof import Proof
-
-from nrp_core.errors import CapabilityError
+from nrp_conformance import OwnSceneTests
+from nrp_world_gymnasium import GymnasiumBackend
 
 
-@pytest.mark.parametrize("options", [{}, {"env": "CartPole-v1"}])
-def test_the_kit_says_that_it_does_not_apply_and_why(
-    installed: None, options: dict[str, str], golden: Golden
-) -> None:
-    with golden.raises(CapabilityError, match="'gymnasium'"):
-        Proof("world", "gymnasium", options, "contract").report([])
+class TestPendulum(OwnSceneTests):
+    """An action that is a number."""
+
+    options = {"env": "Pendulum-v1", "timestep": "50 ms"}  # noqa: RUF012
+
+    @classmethod
+    def make_backend(cls) -> GymnasiumBackend:
+        return GymnasiumBackend()
+
+
+class TestCartPole(TestPendulum):
+    """An action that is a whole number, and episodes that end."""
+
+    options = {"env": "CartPole-v1", "timestep": "20 ms"}  # noqa: RUF012

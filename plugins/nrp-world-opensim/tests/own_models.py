@@ -5,6 +5,7 @@ from typing import Any
 
 import opensim as osim
 
+osim.Logger.removeFileSink()  # no opensim.log in the working folder
 opensim_axis = osim.CoordinateAxis.getCoordinateAxis
 QUARTER = 1.5707963267948966
 

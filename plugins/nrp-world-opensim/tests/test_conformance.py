@@ -1,10 +1,18 @@
-"""The conformance kit puts robots in SDF into a room, which OpenSim cannot move."""
+"""What every world with its own scene must do, from the platform's own kit."""
 
-from golden import Golden
-from nrp_conformance.proof import Proof
-from nrp_core.errors import CapabilityError
+from pathlib import Path
+
+import pytest
+from nrp_conformance import OwnSceneTests
+
+from own_models import arm, written
 
 
-def test_the_kit_says_that_it_does_not_apply_and_why(golden: Golden) -> None:
-    with golden.raises(CapabilityError, match="'opensim'"):
-        Proof("world", "opensim", {}, "contract").report([])
+class TestOpensim(OwnSceneTests):
+    """An arm with two muscles, one of which wraps."""
+
+    backend_name = "opensim"
+
+    @pytest.fixture(autouse=True)
+    def _arm(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(type(self), "scene", str(written(arm(), tmp_path)))

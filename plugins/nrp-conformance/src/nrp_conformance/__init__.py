@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from nrp_conformance.brain import FullBrainTests as FullBrainTests
     from nrp_conformance.brain.comparison import BrainCrossTests as BrainCrossTests
     from nrp_conformance.world import FullWorldTests as FullWorldTests
+    from nrp_conformance.world import OwnSceneTests as OwnSceneTests
     from nrp_conformance.world import WorldBackendTests as WorldBackendTests
     from nrp_conformance.world import WorldContractTests as WorldContractTests
     from nrp_conformance.world.comparison import WorldCrossTests as WorldCrossTests

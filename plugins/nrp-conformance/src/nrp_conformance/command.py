@@ -48,6 +48,10 @@ def conformance(
             help="Tests to run: core adds capabilities and accuracy; full adds statistics, pairs and speed."
         ),
     ] = KitLevel.CORE,
+    scene: Annotated[
+        Path | None,
+        typer.Option("--scene", metavar="FILE", help="The scene of a world that reads files of its own."),
+    ] = None,
     report: Annotated[
         Path | None, typer.Option("--report", metavar="FILE", help="Also write the report as JSON.")
     ] = None,
@@ -57,7 +61,7 @@ def conformance(
     """Test whether a backend meets its contract, has its declared capabilities and is accurate enough."""
     _require_backend(kind, name)
     require_writable(report, "--report", overwrite=overwrite)
-    found = _run(kind, name, _parse_options(options or []), level)
+    found = _run(kind, name, _parse_options(options or []), level, _existing(scene))
     if report is not None:
         _write(report, found)
     if json:
@@ -74,6 +78,14 @@ def _require_backend(kind: TestedSide, name: str) -> None:
     (brains() if kind is TestedSide.BRAIN else worlds()).provider(name)
 
 
+def _existing(scene: Path | None) -> str:
+    if scene is None:
+        return ""
+    if not scene.is_file():
+        raise typer.BadParameter(f"there is no file {scene}", param_hint="--scene")
+    return str(scene.resolve())
+
+
 def _parse_options(options: list[str]) -> dict[str, str]:
     require_distinct(options, "--options")
     pairs = [option.partition("=") for option in options]
@@ -83,14 +95,14 @@ def _parse_options(options: list[str]) -> dict[str, str]:
     return {key: value for key, _, value in pairs}
 
 
-def _run(kind: TestedSide, name: str, options: dict[str, str], level: KitLevel) -> Any:
+def _run(kind: TestedSide, name: str, options: dict[str, str], level: KitLevel, scene: str) -> Any:
     """Run the tests in a separate process; the output of pytest goes to standard error."""
     from nrp_conformance.run import ALONE
     from nrp_core.errors import ExperimentError, NrpError
 
     with TemporaryDirectory() as folder:
         written = Path(folder, "report.json")
-        asked = {"kind": kind, "name": name, "options": options, "level": level}
+        asked = {"kind": kind, "name": name, "options": options, "level": level, "scene": scene}
         command = [sys.executable, "-P", "-m", "pytest", *ALONE, "--tb=short", "-p", "nrp_conformance.plugin"]
         command += ["--prove", json.dumps(asked), "--write", str(written)]
         code = _run_command(command)

@@ -65,6 +65,7 @@ class KitReport:
         capabilities: the capabilities that the backend declares.
         machine: the machine of the run.
         results: one result for each test.
+        scene: the file of the scene, for a world that has its own.
     """
 
     kind: str
@@ -75,6 +76,7 @@ class KitReport:
     capabilities: Mapping[str, Any]
     machine: Mapping[str, Any]
     results: list[KitResult]
+    scene: str = ""
 
     @property
     def conforms(self) -> bool:

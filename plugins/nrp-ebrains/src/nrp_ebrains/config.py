@@ -203,6 +203,11 @@ def _unsupported(configuration: Configuration, tree: Tree) -> Iterator[Finding]:
         yield no("there is no engine: EngineConfigs is empty", "EngineConfigs")
     for i in range(len(configuration.EngineConfigs)):
         yield from _unsupported_engine(configuration, i, no)
+    names = [one.Name for one in configuration.DataPackProcessingFunctions if one.IsActive]
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            keys = "DataPackProcessingFunctions", i, "Name"
+            yield no(f"two functions have the name '{name}'", *keys, code=Code.NRP202)
     if len(configuration.engines(*GAZEBO)) > 1:
         yield no("two Gazebo engines in one experiment are not supported", "EngineConfigs")
 

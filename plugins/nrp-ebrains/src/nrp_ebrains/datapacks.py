@@ -176,7 +176,7 @@ class JsonDataPack(DataPack):
     """A datapack with JSON, empty at first."""
 
     def __init__(self, name: str, engine: str) -> None:
-        super().__init__(name, engine, JsonData())
+        super().__init__(name, engine, JsonData(), updated=True)
 
 
 class RawData:
@@ -202,7 +202,7 @@ def datapack_class(message: type[Message]) -> type[DataPack]:
 
     class MessageDataPack(DataPack):
         def __init__(self, name: str, engine: str) -> None:
-            super().__init__(name, engine, _fresh(message))
+            super().__init__(name, engine, _fresh(message), updated=True)
 
     return MessageDataPack
 

@@ -200,21 +200,48 @@ def load_function(path: Path, scope: Scope, shared: ModuleType, decorators: Deco
     return found[0]
 
 
+def require_own_inputs(functions: Sequence[Function]) -> None:
+    """Require that preprocessing functions read only datapacks of the engine that they belong to.
+
+    Raises:
+        TransferFunctionError: one reads another's.
+    """
+    for function in functions:
+        if function.kind is Kind.PREPROCESSING:
+            for one in function.requested():
+                if one.engine != function.engine:
+                    raise TransferFunctionError(
+                        f"a preprocessing function of '{function.engine}' cannot read the datapack "
+                        f"'{one.name}' of '{one.engine}'",
+                        path=function.path,
+                    )
+
+
 def datapacks_of(function: Function, result: Any) -> list[DataPack]:
     """Return the datapacks that a call returned.
 
     Raises:
         TransferFunctionError: it returned something else.
     """
-    packs = result if isinstance(result, list | tuple) else [result]
-    for pack in packs:
-        if not isinstance(pack, DataPack):
+    if not isinstance(result, list) or not all(isinstance(pack, DataPack) for pack in result):
+        given = (
+            result
+            if not isinstance(result, list)
+            else next(pack for pack in result if not isinstance(pack, DataPack))
+        )
+        raise TransferFunctionError(
+            f"a {function.kind.value} function returns a list of datapacks, not {type(given).__name__}; "
+            "an empty list for none",
+            path=function.path,
+        )
+    for pack in result if function.kind is Kind.PREPROCESSING else ():
+        if pack.engine_name != function.engine:
             raise TransferFunctionError(
-                f"a {function.kind.value} function returns a list of datapacks, not {type(pack).__name__}; "
-                "an empty list for none",
+                f"a preprocessing function of '{function.engine}' cannot return the datapack '{pack.name}' "
+                f"of '{pack.engine_name}'",
                 path=function.path,
             )
-    return list(packs)
+    return list(result)
 
 
 def status_of(function: Function, result: Any) -> tuple[bool, list[Any]]:

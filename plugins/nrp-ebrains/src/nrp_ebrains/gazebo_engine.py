@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import isnan
 from typing import Any, Literal
@@ -65,6 +66,16 @@ def _controller(joint: Element, reading: Reading) -> JointController:
 
 def read_nothing(_plugin: Element, _model: ModelParts, _reading: Reading) -> None:
     """Read a plugin that only gives a part of a model or world a datapack, as every part has here."""
+
+
+def is_inert(plugin: str) -> bool:
+    """Return whether a plugin only gives a part of a model or world a datapack."""
+    return (
+        re.fullmatch(
+            r"NRPGazebo(Grpc|JSON)(Link|Model|Camera)ControllerPlugin|NRPGazebo\w*WorldPlugin", plugin
+        )
+        is not None
+    )
 
 
 # -- the engine

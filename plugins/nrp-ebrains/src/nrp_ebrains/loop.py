@@ -67,7 +67,7 @@ class Loop:
 
     Attributes:
         iteration: the number of iterations so far.
-        done: whether the status function reports that the run is done.
+        done: whether the status function reported in the last iteration that the run is done.
         trajectory: the data of the status function that has not been taken yet.
     """
 
@@ -90,6 +90,7 @@ class Loop:
         self.iteration = 0
         self._inputs: dict[Identity, DataPack] = {}
         self._from_client: dict[Identity, DataPack] = {}
+        self._preprocessed: dict[Identity, DataPack] = {}
         self._outputs: dict[Identity, DataPack] = {}
         self.done = False
         self.trajectory: list[Any] = []
@@ -114,13 +115,18 @@ class Loop:
         first = next(iter(self.engines.values()), None)
         if first is not None:
             self._send([first])
-        for pool in (self._inputs, self._outputs, self._from_client):
+        for pool in self._pools:
             pool.clear()
         self._graph.reset()
         self.done, self.trajectory = False, []
         for engine in self.engines.values():
             engine.reset()
         self._queue = [(0, engine) for engine in self.engines.values()]
+
+    @property
+    def _pools(self) -> tuple[dict[Identity, DataPack], ...]:
+        """Where datapacks are kept between iterations."""
+        return self._inputs, self._preprocessed, self._outputs, self._from_client
 
     def requested(self) -> list[Any]:
         """Return the data of all datapacks that functions ask for, as engines have them now."""
@@ -142,18 +148,19 @@ class Loop:
         if not due:
             return
         self._read(due)
-        preprocessed = self._run_all(self._preprocessing, due, self._inputs, t_ns)
-        known = {**self._inputs, **preprocessed}
+        self._preprocessed.update(self._run_all(self._preprocessing, due, self._inputs, t_ns))
+        known = {**self._preprocessed, **self._inputs}
         names = [engine.name for engine in due]
         self._outputs.update(self._graph.run(names, self._inputs, self._guarded))
         self._outputs.update(self._run_all(self._transceivers, due, known, t_ns))
         for function in self._status:
-            done, data = status_of(function, self._call(function, known, t_ns))
-            self.done = self.done or done
+            found = self._call(function, {**self._outputs, **known}, t_ns)
+            self.done, data = status_of(function, found)
             self.trajectory += [copied(one) for one in data]
         self._send(due)
-        for pack in self._inputs.values():
-            pack.updated = False
+        for pool in self._pools:
+            for pack in pool.values():
+                pack.updated = False
         self._queue = [one for one in self._queue if one[0] != t_ns]
         for engine in due:
             engine.start_step()

@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
 from nrp_pynest.built import to_built_brain
 
@@ -31,10 +31,10 @@ from nrp_core.experiment import (
 from nrp_core.findings import Code, Finding, InvalidExperimentError
 from nrp_core.parameters import Declared
 from nrp_core.paths import ExistingFile
-from nrp_core.world import Link, Model
+from nrp_core.world import Link, Model, Scene
 from nrp_ebrains.config import GAZEBO, NEST, SINK, Configuration, EngineConfig, file_in, read_configuration
-from nrp_ebrains.functions import Decorators, Function, load_function, require_engines
-from nrp_ebrains.gazebo_engine import CAMERA, GazeboEngine
+from nrp_ebrains.functions import Decorators, Function, load_function, require_engines, require_own_inputs
+from nrp_ebrains.gazebo_engine import CAMERA, GazeboEngine, is_inert
 from nrp_ebrains.graph import Node, NodeDecorators, load_nodes
 from nrp_ebrains.loop import Engine, Loop
 from nrp_ebrains.modules import module, scope_with
@@ -82,11 +82,15 @@ class ConfigurationMaker(Maker, Participant[Run]):
 
     def robot(self, experiment: Experiment, name: str) -> Model:
         """Return a model; cameras of several models from one file publish on topics of their own."""
-        model = super().robot(experiment, name)
+        model = _without_false_warnings(super().robot(experiment, name))
         files = [str(one.model) for one in experiment.world.robots.values()]
         if files.count(str(experiment.world.robots[name].model)) == 1:
             return model
         return replace(model, links=tuple(_with_own_topics(link, name) for link in model.links))
+
+    def room(self, experiment: Experiment) -> Scene:
+        """Return the scene of the Gazebo engine, or an empty one."""
+        return _without_false_warnings(super().room(experiment))
 
     def network(self, experiment: Experiment, build: Build = build_here) -> Network:
         files = [
@@ -108,7 +112,7 @@ class ConfigurationMaker(Maker, Participant[Run]):
         collector.findings += self._notes
         decorators, of_nodes, shared = Decorators(), NodeDecorators(), ModuleType("functions")
         graphs = {"nrp_core.event_loop": module("nrp_core.event_loop", of_nodes.names())}
-        self._scope = scope_with(decorators.names(), graphs)
+        self._scope = scope_with(decorators.names(), graphs, self._path.parent)
         self._functions, self._nodes = [], []
         for path in self._functions_files():
             with collector.during(Code.NRP210), in_folder(self._path.parent):
@@ -119,6 +123,7 @@ class ConfigurationMaker(Maker, Participant[Run]):
         with collector.during(Code.NRP210):
             names = [one.EngineName for one in self._configuration.EngineConfigs]
             require_engines([*self._functions, *self._nodes], names)
+            require_own_inputs(self._functions)
         return iter(())
 
     def listings(self, experiment: Experiment, collector: Collector) -> Iterator[Listing]:
@@ -181,6 +186,15 @@ class ConfigurationMaker(Maker, Participant[Run]):
         return PythonEngine(
             name, step_ns, file_in(folder, one.PythonFileName), one.model_dump(exclude_none=True)
         )
+
+
+Warned = TypeVar("Warned", Model, Scene)
+
+
+def _without_false_warnings(read: Warned) -> Warned:
+    """Return what was read without warnings of plugins that give parts a datapack: all have one here."""
+    warnings = (one for one in read.warnings if not (one.code is Code.NRP260 and is_inert(one.subject or "")))
+    return replace(read, warnings=tuple(warnings))
 
 
 def _with_own_topics(link: Link, model: str) -> Link:

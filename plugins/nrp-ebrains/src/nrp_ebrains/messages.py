@@ -103,6 +103,15 @@ def _image_types() -> type:
 
 
 def as_lines(message: Message, *, header: bool) -> str:
-    """Return the values of the fields of a message, or their names, separated by commas."""
-    fields = message.DESCRIPTOR.fields
-    return ",".join(one.name if header else str(getattr(message, one.name)) for one in fields)
+    """Return the values of the fields of a message, or their names, separated by commas.
+
+    Numbers are printed as NRP-core 4 does: with six decimals, and truth values as 1 and 0.
+    """
+    names = [one.name for one in message.DESCRIPTOR.fields]
+    return ",".join(names if header else (_printed(getattr(message, name)) for name in names))
+
+
+def _printed(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(int(value))
+    return f"{value:.6f}" if isinstance(value, float) else str(value)

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar
+
+from google.protobuf.message import Message
 
 from nrp_core.errors import TransferFunctionError
 from nrp_core.scripts import Scope
 from nrp_ebrains.datapacks import JsonDataPack, JsonRawData, datapack_class, raw_data_class
 from nrp_ebrains.messages import message_classes, message_modules
+from nrp_ebrains.protos import own_messages
 
 VERSION = "1.4.1"
 """The version that the program gives itself; 4 is that of the platform."""
@@ -27,16 +32,28 @@ def module(name: str, names: Mapping[str, Any]) -> ModuleType:
     return made
 
 
-def data_modules() -> dict[str, ModuleType]:
-    """Return the modules of datapacks and messages, by dotted name."""
+def data_modules(folder: Path | None = None) -> dict[str, ModuleType]:
+    """Return the modules of datapacks and messages, by dotted name.
+
+    Args:
+        folder: a folder whose ``.proto`` files add messages.
+
+    Raises:
+        ExperimentError: such a file cannot be read.
+    """
     names: dict[str, Any] = {}
     for package, classes in message_classes().items():
-        for name, message in classes.items():
-            names[f"{package}{name}DataPack"] = datapack_class(message)
-            names[f"{package}{name}RawData"] = raw_data_class(message)
-    raw = message_modules()
+        names |= _datapacks(package, classes)
+    raw = dict(message_modules())
+    own: dict[str, ModuleType] = {}
+    for package, classes in own_messages(folder).items() if folder else ():
+        packs, python = _datapacks(package, classes), f"{package.lower()}_pb2"
+        names |= packs
+        raw[python] = own[python] = module(python, classes)
+        own[package.lower()] = module(package.lower(), packs)
     json = {"JsonDataPack": JsonDataPack, "JsonRawData": JsonRawData}
     return {
+        **own,
         "nrp_core.data": module("nrp_core.data", {}),
         "nrp_core.data.nrp_json": module("nrp_core.data.nrp_json", json),
         "nrp_core.data.nrp_protobuf": module("nrp_core.data.nrp_protobuf", {**names, **raw}),
@@ -45,20 +62,38 @@ def data_modules() -> dict[str, ModuleType]:
     }
 
 
+def _datapacks(package: str, classes: Mapping[str, type[Message]]) -> dict[str, Any]:
+    """Return the classes of datapacks and of raw data for the messages of a package, by name."""
+    kinds: dict[str, Callable[[type[Message]], type]] = {
+        "DataPack": datapack_class,
+        "RawData": raw_data_class,
+    }
+    return {
+        f"{package}{name}{kind}": make(message)
+        for name, message in classes.items()
+        for kind, make in kinds.items()
+    }
+
+
 def scope_with(
-    names: Mapping[str, Any], modules: Mapping[str, ModuleType], folders: Iterable[Path] = ()
+    names: Mapping[str, Any], modules: Mapping[str, ModuleType], folder: Path | None = None
 ) -> Scope:
     """Return a scope whose files import these modules, and ``nrp_core`` with these names.
 
-    Every name below ``nrp_core`` is that of NRP-core 4, or does not exist.
+    Every name below ``nrp_core`` is that of NRP-core 4, or does not exist. The ``.proto`` files of a folder
+    add messages. ``gym`` is Gymnasium if it is not installed itself.
     """
-    known = {**data_modules(), **modules, "nrp_core": module("nrp_core", {**names, "__version__": VERSION})}
+    known = {
+        **data_modules(folder),
+        **modules,
+        "nrp_core": module("nrp_core", {**names, "__version__": VERSION}),
+    }
     known.setdefault("nrp_core.engines", module("nrp_core.engines", {}))
     for name, one in known.items():
         parent, _, last = name.rpartition(".")
         if parent in known:
             setattr(known[parent], last, one)
-    return Scope((), _substitute(known), folders)
+    return Scope((), _substitute(known))
 
 
 T = TypeVar("T")
@@ -86,6 +121,8 @@ def _substitute(known: Mapping[str, ModuleType]) -> Callable[[str], ModuleType |
                 f"{missing} are not supported here" if missing else f"NRP-core 4 has no module '{name}'",
                 name=name,
             )
+        if name.partition(".")[0] == "gym" and find_spec("gym") is None and find_spec("gymnasium"):
+            return import_module(name.replace("gym", "gymnasium", 1))  # the package that continues it
         return known.get(name)
 
     return substitute

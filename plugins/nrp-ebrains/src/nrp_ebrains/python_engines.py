@@ -155,7 +155,7 @@ class PythonEngine(Engine):
         super().__init__(name, step_ns)
         self._path, self._config = path, dict(config)
         modules = {dotted: module(dotted, names) for dotted, names in _ENGINE_MODULES.items()}
-        self._scope = scope_with({}, modules)
+        self._scope = scope_with({}, modules, path.parent)
         self._script = EngineScript()
 
     def initialize(self) -> None:
@@ -264,6 +264,7 @@ class DataTransferEngine(Engine):
         return self._files[pack.name]
 
     def _line(self, data: Any) -> str:
+        """Return a line as NRP-core 4 prints it, with the time in s; shorter before fields."""
         time = f"{self._now_ns / NS_PER_S:.6f}"
         if not isinstance(data, Message):
             return f"{time},{data}"
@@ -272,7 +273,7 @@ class DataTransferEngine(Engine):
             return f"{time},{data.string_stream}"
         if kind == "Dump.ArrayFloat":
             return f"{time},{_rows(list(data.float_stream), list(data.dims))}"
-        return f"{time},{as_lines(data, header=False)}"
+        return f"{self._now_ns / NS_PER_S:g},{as_lines(data, header=False)}"
 
 
 def _rows(values: Sequence[float], dims: Sequence[int]) -> str:

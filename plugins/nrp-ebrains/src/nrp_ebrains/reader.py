@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any
 from nrp_legacy.files import EMPTY_ROOM
 from ruamel.yaml import YAML
 
-from nrp_core.clock import from_seconds
+from nrp_core.clock import NS_PER_MS, from_seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment import Experiment, Place, Tree, experiment_of
 from nrp_core.findings import Code, Finding, InvalidExperimentError
@@ -27,6 +28,8 @@ from nrp_ebrains.maker import ConfigurationMaker
 
 DURATION_S = 10.0
 """The duration of an experiment without a timeout."""
+_USUAL_NS = 2 * NS_PER_MS
+_STEP = re.compile(r"<max_step_size>\s*([0-9.eE+-]+)\s*</max_step_size>")
 FILE = "experiment.yaml"
 
 
@@ -61,12 +64,15 @@ def _described(path: Path, configuration: Configuration) -> dict[str, Any]:
     nest, gazebo = configuration.engines(*NEST), configuration.engines(*GAZEBO)
     model = file_in(folder, nest[0].NestInitFileName) if nest else path
     world: dict[str, Any] = {"backend": "mujoco", "scene": str(EMPTY_ROOM)}
+    longest_ns = step_ns
     for engine in gazebo:
-        world["scene"] = str(file_in(folder, engine.GazeboWorldFile))
+        scene = file_in(folder, engine.GazeboWorldFile)
+        world["scene"], longest_ns = str(scene), _physics_step_ns(scene)
         world["robots"] = {
             one.Name: {"model": str(file_in(folder, one.File)), "pose": one.pose}
             for one in engine.GazeboSDFModels
         }
+    world["options"] = {"timestep": f"{_divisor(step_ns, longest_ns)} ns"}
     return {
         "name": configuration.SimulationName or path.parent.name or "experiment",
         "description": configuration.SimulationDescription,
@@ -78,6 +84,21 @@ def _described(path: Path, configuration: Configuration) -> dict[str, Any]:
         "strict": False,
         "models": [str(folder)],
     }
+
+
+def _physics_step_ns(scene: Path) -> int:
+    """Return the step of physics that a world file asks for; without one, that of the worlds here."""
+    found = _STEP.search(scene.read_text("utf-8", errors="replace"))
+    step_s = float(found[1]) if found else 0.0
+    return from_seconds(step_s) if step_s > 0 else _USUAL_NS
+
+
+def _divisor(period_ns: int, longest_ns: int) -> int:
+    """Return the longest time that fits into a period without a rest and is not longer than another time."""
+    parts = -(-period_ns // longest_ns)
+    while period_ns % parts:
+        parts += 1
+    return period_ns // parts
 
 
 def _placed(data: Any, place: Place) -> Tree:
