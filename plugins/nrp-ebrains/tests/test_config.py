@@ -19,7 +19,7 @@ ONE = python_engine("one", "engine")
 @pytest.mark.parametrize(
     ("change", "code", "line"),
     [
-        ({"SimulationLoop": "EventLoop"}, Code.NRP216, 3),
+        ({"SimulationLoop": "EventLop"}, Code.NRP216, 3),
         ({"DataPackProcessor": "graph"}, Code.NRP216, 3),
         ({"DataPackProcessor": "cg", "ComputationalGraph": ["none.py"]}, Code.NRP204, 5),
         ({"EngineConfigs": [{**ONE, "EngineType": "edlut_grpc_engine"}]}, Code.NRP216, 5),

@@ -12,7 +12,7 @@ from golden import Golden
 from nrp_client import NrpCore
 from nrp_ebrains.reader import read_json
 
-from nrp_core import Run, load_experiment
+from nrp_core import Run, load_experiment, validate
 from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.findings import InvalidExperimentError
 
@@ -254,3 +254,43 @@ def test_a_file_of_messages_that_is_not_understood_is_refused(write: Write, gold
     path.with_name("own.proto").write_text(PROTO + "service Finder { }")
     with golden.raises(ExperimentError, match=r"own\.proto"):
         run(path)
+
+
+LOOPED = """
+    from nrp_core.data.nrp_json import JsonDataPack
+    from nrp_core.event_loop import *
+
+    @Clock("clock")
+    @Iteration("iteration")
+    @InputDummy("dummy", "id", 3)
+    @FunctionalNode(name="source", outputs=["both"])
+    def source(clock, iteration, dummy):
+        return [(clock, iteration, dummy)]
+
+    @FromEngine("state", "/slow/clock")
+    @FromFunctionalNode("both", "/source/both")
+    @ToEngine("out", "/fast")
+    @OutputDummy("out", "id")
+    @FunctionalNode(name="sink", outputs=["out"])
+    def sink(state, both):
+        made = JsonDataPack("received", "fast")
+        made.data["time"] = f"{both[0]}/{both[2]}/{state.data['time']}/{state.isUpdated()}"
+        return [made]
+"""
+
+
+def test_an_event_loop_runs_in_lockstep_and_says_so(write: Write) -> None:
+    """Engines of 100 and 300 ms and a graph every 200 ms share one grid; a datapack is new to one graph."""
+    looped = {
+        "SimulationLoop": "EventLoop",
+        "EventLoop": {"Timestep": 0.2, "Timeout": 0.6},
+        "ComputationalGraph": ["looped.py"],
+    }
+    config = {**two_engines(), "SimulationTimeout": 0, **looped}
+    path = write(config, times=TIMES, looped=LOOPED)
+    findings = validate(path)
+    assert [one.line for one in findings if "lockstep" in one.message] == [18]
+    run(path)
+    assert [value for _, value in received(path)] == [
+        "0/3/0/True", "0/3/0/True", "200/3/0/False", "200/3/0/False", "400/3/300/True", "400/3/300/True",
+    ]  # fmt: skip

@@ -33,6 +33,8 @@ _FILES: Final = {
     **dict.fromkeys(PYTHON, "PythonFileName"), **dict.fromkeys(GAZEBO, "GazeboWorldFile"),
     **dict.fromkeys(NEST, "NestInitFileName"),
 }  # fmt: skip
+EVENT_LOOP: Final = "EventLoop"
+"""The loop that follows the clock in NRP-core 4."""
 _SIMULATORS: Final = ("Mujoco", "Bullet", "OpenAI", "Opensim")
 
 
@@ -105,6 +107,13 @@ class FunctionConfig(_Form):
     IsActive: bool = True
 
 
+class EventLoopConfig(_Form):
+    """How often an event loop runs its graph, and for how long: s."""
+
+    Timestep: float = Field(default=0.01, gt=0)
+    Timeout: float = Field(default=0.0, ge=0)
+
+
 class Configuration(_Form):
     """The whole file; it may have further keys."""
 
@@ -117,11 +126,22 @@ class Configuration(_Form):
     DataPackProcessingFunctions: list[FunctionConfig] = Field(default_factory=list)
     StatusFunction: FunctionConfig | None = None
     ComputationalGraph: list[str] = Field(default_factory=list)
+    EventLoop: EventLoopConfig = Field(default_factory=EventLoopConfig)
 
     @property
     def timestep_ns(self) -> int:
-        """The longest step of which every engine's step is a multiple."""
-        return reduce(gcd, (engine.step_ns for engine in self.EngineConfigs))
+        """The longest step of which every engine's step, and that of an event loop, is a multiple."""
+        return reduce(gcd, (engine.step_ns for engine in self.EngineConfigs), self.graph_step_ns or 0)
+
+    @property
+    def timeout_s(self) -> float:
+        """The duration of the run; 0 without one."""
+        return self.SimulationTimeout or (self.EventLoop.Timeout if self.graph_step_ns else 0.0)
+
+    @property
+    def graph_step_ns(self) -> int | None:
+        """The step of an event loop; None in a loop whose graph runs with its engines."""
+        return from_seconds(self.EventLoop.Timestep) if self.SimulationLoop == EVENT_LOOP else None
 
     def engines(self, *types: str) -> list[EngineConfig]:
         """Return the engines of some types."""
@@ -131,13 +151,17 @@ class Configuration(_Form):
     def functions(self) -> list[FunctionConfig]:
         """The functions that are active, the status function last."""
         status = [self.StatusFunction] if self.StatusFunction else []
-        functions = self.DataPackProcessingFunctions if self.DataPackProcessor == "tf" else []
+        functions = self.DataPackProcessingFunctions if not self._has_graph else []
         return [one for one in (*functions, *status) if one.IsActive]
 
     @property
     def graph(self) -> list[str]:
         """The files of the computational graph, which takes the place of functions."""
-        return self.ComputationalGraph if self.DataPackProcessor == "cg" else []
+        return self.ComputationalGraph if self._has_graph else []
+
+    @property
+    def _has_graph(self) -> bool:
+        return self.DataPackProcessor == "cg" or self.SimulationLoop == EVENT_LOOP
 
 
 def is_configuration(path: Path) -> bool:
@@ -193,9 +217,8 @@ def _unsupported(configuration: Configuration, tree: Tree) -> Iterator[Finding]:
         return tree.place_of(*keys).finding(code, message)
 
     loop, processor = configuration.SimulationLoop, configuration.DataPackProcessor
-    if loop != "FTILoop":
-        message = f"SimulationLoop '{loop}' is not supported, for it follows the clock; valid: FTILoop"
-        yield no(message, "SimulationLoop")
+    if loop not in ("FTILoop", EVENT_LOOP):
+        yield no(f"there is no SimulationLoop '{loop}'; valid: FTILoop, {EVENT_LOOP}", "SimulationLoop")
     elif processor not in ("tf", "cg"):
         message = f"there is no DataPackProcessor '{processor}'; valid: tf, cg"
         yield no(message, "DataPackProcessor")
@@ -279,6 +302,12 @@ def _ignored(configuration: Configuration, tree: Tree) -> Iterator[Finding]:
                 "datapacks for the network are not sent: there is no MQTT here", "EngineConfigs", i, "dumps"
             )
             break
-    if not configuration.SimulationTimeout:
+    if configuration.graph_step_ns:
+        yield note(
+            "the EventLoop runs in lockstep with simulated time here, not with the clock: its graph every "
+            f"{configuration.EventLoop.Timestep:g} s, and each engine at its own time step",
+            "SimulationLoop",
+        )
+    if not configuration.timeout_s:
         yield note("there is no SimulationTimeout: the run takes 10 s; -s duration=... sets another",
                    "SimulationTimeout")  # fmt: skip

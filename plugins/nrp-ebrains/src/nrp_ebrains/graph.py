@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from inspect import signature
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -18,6 +19,8 @@ from nrp_core.scripts import Scope
 from nrp_ebrains.datapacks import DataPack, Identity
 from nrp_ebrains.modules import registered_by
 
+CLOCK, ITERATION = "clock", "iteration"
+"""The inputs that are always new: simulated time in ms, and the number of the iteration."""
 ALWAYS, ON_NEW_MESSAGE = "always", "on_new_message"
 _POLICIES = SimpleNamespace(
     functional_node=SimpleNamespace(
@@ -31,7 +34,6 @@ _POLICIES = SimpleNamespace(
 )
 _ELSEWHERE = (
     "RosSubscriber", "RosPublisher", "MQTTSubscriber", "MQTTPublisher", "FromSpinnaker", "ToSpinnaker",
-    "Clock", "Iteration", "InputDummy", "OutputDummy",
 )  # fmt: skip
 """Decorators of nodes for which there is no counterpart."""
 
@@ -47,6 +49,8 @@ class Node:
         always: whether it runs without new inputs.
         engines: the datapack of an engine for each keyword.
         nodes: another node and its output for each keyword.
+        counters: ``clock`` or ``iteration`` for each keyword.
+        constants: the value of each keyword that a dummy gives.
         targets: the engine to which an output is sent.
         path: its file.
     """
@@ -57,6 +61,8 @@ class Node:
     always: bool
     engines: dict[str, Identity] = field(default_factory=dict)
     nodes: dict[str, tuple[str, str]] = field(default_factory=dict)
+    counters: dict[str, str] = field(default_factory=dict)
+    constants: dict[str, Any] = field(default_factory=dict)
     targets: dict[str, str] = field(default_factory=dict)
     path: Path | None = None
 
@@ -87,6 +93,11 @@ class NodeDecorators:
             "FromEngine": _from_engine,
             "FromFunctionalNode": _from_node,
             "ToEngine": _to_engine,
+            "Clock": partial(_counter, CLOCK),
+            "Iteration": partial(_counter, ITERATION),
+            "InputDummy": _input_dummy,
+            "OutputDummy": _output_dummy,
+            "createFNFromFactoryModule": _refusal("createFNFromFactoryModule"),
             "node_policies": _POLICIES,
             **{name: _refusal(name) for name in _ELSEWHERE},
         }
@@ -125,6 +136,26 @@ def _to_engine(keyword: str, address: str) -> Callable[[Node], Node]:
         return node
 
     return send
+
+
+def _counter(kind: str, keyword: str) -> Callable[[Node], Node]:
+    def count(node: Node) -> Node:
+        node.counters[keyword] = kind
+        return node
+
+    return count
+
+
+def _input_dummy(keyword: str, _id: str, value: Any) -> Callable[[Node], Node]:
+    def give(node: Node) -> Node:
+        node.constants[keyword] = value
+        return node
+
+    return give
+
+
+def _output_dummy(_keyword: str, _id: str) -> Callable[[Node], Node]:
+    return lambda node: node
 
 
 def _split(address: str, node: Node) -> tuple[str, str]:
@@ -206,18 +237,20 @@ class Graph:
 
     def run(
         self,
-        engines: Sequence[str],
+        engines: Sequence[str] | None,
         inputs: Mapping[Identity, DataPack],
         call: Callable[[Node, dict[str, Any]], Any],
+        now: Mapping[str, int],
     ) -> dict[Identity, DataPack]:
         """Run the nodes that send to engines, and return the datapacks for engines.
 
         Args:
-            engines: the engines that are due.
+            engines: the engines that are due; None: run all nodes.
             inputs: the datapacks of engines.
             call: calls the function of a node with its arguments.
+            now: the values of ``clock`` and ``iteration``.
         """
-        needed = set().union(*(self._needed.get(name, set()) for name in engines))
+        needed = set(self._nodes) if engines is None else self._needed_by(engines)
         new: set[tuple[str, str]] = set()
         sent: dict[Identity, DataPack] = {}
         for node in self._order:
@@ -225,9 +258,10 @@ class Graph:
                 continue
             packs = {keyword: inputs[one] for keyword, one in node.engines.items()}
             is_new = any(pack.updated for pack in packs.values()) or not new.isdisjoint(node.nodes.values())
-            if not (node.always or is_new):
+            if not (node.always or is_new or node.counters or node.constants):
                 continue
             given: dict[str, Any] = dict.fromkeys(signature(node.call).parameters)  # None without an input
+            given |= {keyword: now[kind] for keyword, kind in node.counters.items()} | node.constants
             given |= {keyword: pack.copy() for keyword, pack in packs.items()}
             given |= {keyword: self._last.get(one) for keyword, one in node.nodes.items()}
             for output, value in self._returned(node, call(node, given)):
@@ -237,6 +271,9 @@ class Graph:
                     value.engine_name = node.targets[output]
                     sent[value.identity] = value
         return sent
+
+    def _needed_by(self, engines: Sequence[str]) -> set[str]:
+        return set().union(*(self._needed.get(name, set()) for name in engines))
 
     def _returned(self, node: Node, result: Any) -> Iterator[tuple[str, Any]]:
         if result is None:

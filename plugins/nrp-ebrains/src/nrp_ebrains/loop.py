@@ -12,11 +12,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import ExperimentError, TransferFunctionError, TransferFunctionRaisedError, did_you_mean
 from nrp_core.scripts import Scope
 from nrp_ebrains.datapacks import DataPack, Identity, copied
 from nrp_ebrains.functions import Function, Kind, datapacks_of, status_of
-from nrp_ebrains.graph import Graph, Node
+from nrp_ebrains.graph import CLOCK, ITERATION, Graph, Node
 
 
 class Engine(ABC):
@@ -64,6 +65,8 @@ class Loop:
         functions: the functions, in the order of the file.
         scope: the scope in which the files of the functions were executed.
         nodes: the nodes of a computational graph, which take the place of functions.
+        graph_step_ns: the period of the graph in an event loop, which runs all nodes; None: the nodes that an
+            engine needs run before its steps.
 
     Attributes:
         iteration: the number of iterations so far.
@@ -77,13 +80,14 @@ class Loop:
         functions: Sequence[Function],
         scope: Scope,
         nodes: Sequence[Node] = (),
+        graph_step_ns: int | None = None,
     ) -> None:
         self.engines = {engine.name: engine for engine in engines}
         self._scope = scope
         by_kind = {kind: [one for one in functions if one.kind is kind] for kind in Kind}
         self._preprocessing, self._transceivers = by_kind[Kind.PREPROCESSING], by_kind[Kind.TRANSCEIVER]
         self._status = by_kind[Kind.STATUS]
-        self._graph = Graph(nodes)
+        self._graph, self._graph_step_ns = Graph(nodes), graph_step_ns
         users: list[Function | Node] = [*functions, *nodes]
         asked = dict.fromkeys(one for user in users for one in user.requested())
         self._requested = {name: [one.name for one in asked if one.engine == name] for name in self.engines}
@@ -145,28 +149,46 @@ class Loop:
             ExperimentError: an engine does not have or take a datapack.
         """
         due = [engine for end_ns, engine in self._queue if end_ns == t_ns]
-        if not due:
+        if not due and (self._graph_step_ns is None or t_ns % self._graph_step_ns):
             return
         self._read(due)
         self._preprocessed.update(self._run_all(self._preprocessing, due, self._inputs, t_ns))
         known = {**self._preprocessed, **self._inputs}
-        names = [engine.name for engine in due]
-        self._outputs.update(self._graph.run(names, self._inputs, self._guarded))
+        self._outputs.update(self._run_graph(due, t_ns))
         self._outputs.update(self._run_all(self._transceivers, due, known, t_ns))
         for function in self._status:
             found = self._call(function, {**self._outputs, **known}, t_ns)
             self.done, data = status_of(function, found)
             self.trajectory += [copied(one) for one in data]
         self._send(due)
-        for pool in self._pools:
-            for pack in pool.values():
-                pack.updated = False
+        self._end_iteration(due, t_ns)
         self._queue = [one for one in self._queue if one[0] != t_ns]
         for engine in due:
             engine.start_step()
             self._queue.append((t_ns + engine.step_ns, engine))
         self._queue.sort(key=lambda one: one[0])  # stable: earlier beginnings first
         self.iteration += 1
+
+    def _end_iteration(self, due: Sequence[Engine], t_ns: int) -> None:
+        """Mark datapacks as seen; in an event loop after its graph, and it sends each only once."""
+        if self._graph_step_ns:
+            names = {engine.name for engine in due}
+            self._outputs = {
+                key: pack for key, pack in self._outputs.items() if pack.engine_name not in names
+            }
+            if t_ns % self._graph_step_ns:
+                return
+        for pool in self._pools:
+            for pack in pool.values():
+                pack.updated = False
+
+    def _run_graph(self, due: Sequence[Engine], t_ns: int) -> Mapping[Identity, DataPack]:
+        """Run the nodes that engines need; in an event loop all of them, at its own steps."""
+        if self._graph_step_ns and t_ns % self._graph_step_ns:
+            return {}
+        engines = None if self._graph_step_ns else [engine.name for engine in due]
+        now = {CLOCK: t_ns // NS_PER_MS, ITERATION: self.iteration}
+        return self._graph.run(engines, self._inputs, self._guarded, now)
 
     def _read(self, engines: Sequence[Engine]) -> None:
         for engine in engines:

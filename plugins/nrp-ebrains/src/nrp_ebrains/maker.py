@@ -149,7 +149,8 @@ class ConfigurationMaker(Maker, Participant[Run]):
         built = to_built_brain(run.brain.network)
         built.begin(run)
         engines = [self._engine(one, run, built) for one in self._configuration.EngineConfigs]
-        self.loop = loop = Loop(engines, self._functions, self._scope, self._nodes)
+        graph_step_ns = self._configuration.graph_step_ns
+        self.loop = loop = Loop(engines, self._functions, self._scope, self._nodes, graph_step_ns)
         folder = self._path.parent
         with in_folder(folder):
             loop.initialize()

@@ -59,7 +59,7 @@ read_json.recognizes = is_configuration  # type: ignore[attr-defined] # most JSO
 def _described(path: Path, configuration: Configuration) -> dict[str, Any]:
     """Return the contents of the file in the keys of our experiments."""
     folder, step_ns = path.parent, configuration.timestep_ns
-    timeout_s = configuration.SimulationTimeout or DURATION_S
+    timeout_s = configuration.timeout_s or DURATION_S
     duration_ns = -(-from_seconds(timeout_s) // step_ns) * step_ns
     nest, gazebo = configuration.engines(*NEST), configuration.engines(*GAZEBO)
     model = file_in(folder, nest[0].NestInitFileName) if nest else path
