@@ -71,7 +71,7 @@ def test_noise_and_lost_messages_have_their_share_and_repeat(tmp_path: Path) -> 
 
 def test_a_topic_that_the_world_does_not_publish_is_refused(tmp_path: Path) -> None:
     file = write(tmp_path, experiment__yaml=MOVING, brain__py=BRAIN, room__sdf=ROOM, cart__sdf=CART)
-    for topic in ("/cart/joint_state", "/u", "/model/cart/joint/slide/cmd_force"):
+    for topic in ("/cart/joint_state", "/u", "/tf", "/model/cart/joint/slide/cmd_force"):
         change = [f"world.sensors={{{topic}: {{delay: 1 ms}}}}", "transfer_functions=[]"]
         messages = [
             finding.message for finding in validate_file(file, change) if finding.level is Level.ERROR
