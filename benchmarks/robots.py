@@ -121,7 +121,7 @@ def called(path: Path) -> str:
 
 def _set_up(model: Model, *, fixed: bool) -> Model:
     """Return a robot with position controllers at all joints: fixed above the floor, or free and on it."""
-    control = ((".*", JointControl("position")),)
+    control = tuple((re.escape(joint.name), JointControl("position")) for joint in led(model))
     bare = replace(model, drives=(), controllers=(), trajectory_controllers=(), pair_controllers=())
     robot = set_up_robot(bare, RobotSetup(fixed, control=control, on_ground=not fixed))
     return replace(robot, pose=Pose((0.0, 0.0, 3.0))) if fixed else robot
