@@ -139,6 +139,19 @@ def test_no_trap_is_sprung_by_a_command_that_executes_nothing_or_confined(folder
     assert not list(folder.glob("imported/beside*")), "a link to another folder is not followed"
 
 
+def test_no_trap_is_sprung_by_confined_commands_on_a_system_without_landlock(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They execute nothing there: `validate` says so, and `map` has no network to map."""
+    without = "from nrp_core._support import confinement\nconfinement._landlock_version = lambda: 0\n"
+    (tmp_path / "sitecustomize.py").write_text(without)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    lines = [["validate", "experiment.yaml"], ["validate", "old.exc"], ["map", *TARGETS["map"][0]]]
+    assert spring(folder, lines) == [(0, []), (0, []), (3, [])]
+    ((_, trusted),) = spring(folder, [["validate", "experiment.yaml", "--trust"]])
+    assert {"brain", "functions"} <= set(trusted), "the traps work"
+
+
 def test_the_pages_and_the_help_agree_with_the_table(capfd: pytest.CaptureFixture[str]) -> None:
     pages = PAGE.parents[1]
     assert "faults.md#untrusted-files" in (pages / "reference" / "command-line.md").read_text()

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import base64
+import errno
 import gzip
 import json
+import os
 import re
+import shutil
 import struct
 import subprocess
 import sys
@@ -19,6 +22,7 @@ from nrp_cockpit.sharing.sharing import shared_file
 from nrp_cockpit.sharing.tracks import Track, fitted
 from visitors import RefusedError, cockpit
 
+from nrp_core.cli.app import run_app
 from nrp_core.errors import ExperimentError
 from nrp_core.messages.cdr import Codec
 from nrp_core.recording.layout import Role
@@ -142,6 +146,33 @@ def test_the_command_writes_the_file_beside_the_recording(recording: Path, tmp_p
     assert file.read_text().startswith("<!doctype html>")
     missing = subprocess.run([*words[:4], "nowhere"], capture_output=True, text=True, check=False)
     assert (missing.returncode, missing.stdout) == (2, "")
+
+
+@pytest.mark.parametrize("named", [True, False], ids=["named", "own name"])
+def test_the_command_replaces_what_exists_on_request_only_and_as_a_whole(
+    recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
+    named: bool,
+) -> None:  # fmt: skip
+    source = tmp_path / "recorded"
+    shutil.copytree(recording, source)
+    file = tmp_path / ("run.html" if named else "recorded.html")
+    words = ["share", str(source), *(["-o", str(file)] if named else [])]
+    file.write_text("precious")
+    assert run_app(words) == 2
+    assert "--overwrite" in capsys.readouterr().err
+    assert file.read_text() == "precious"
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", no_space)
+        assert run_app([*words, "--overwrite"]) not in (0, 1)
+    assert {path.name: path.is_file() and path.read_text() for path in tmp_path.iterdir()} == {
+        source.name: False, file.name: "precious",
+    }  # fmt: skip
+    assert run_app([*words, "--overwrite"]) == 0
+    assert file.read_text().startswith("<!doctype html>")
+
+
+def no_space(_: int) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 def test_a_run_is_shared_as_far_as_it_was_recorded(tmp_path: Path) -> None:
