@@ -139,6 +139,7 @@ def test_no_trap_is_sprung_by_a_command_that_executes_nothing_or_confined(folder
     assert not list(folder.glob("imported/beside*")), "a link to another folder is not followed"
 
 
+@pytest.mark.heavy
 def test_no_trap_is_sprung_by_confined_commands_on_a_system_without_landlock(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
