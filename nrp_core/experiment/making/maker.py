@@ -2,8 +2,8 @@
 
 A reader of another format has its own :class:`Maker` if a part is not simply a file in our format.
 
-An entry point in ``nrp_core.networks``, named by a suffix, is a function
-``read(path, populations=..., seed=...)`` that returns a :class:`~nrp_core.network.data.Network`.
+An entry point in ``nrp_core.networks``, named by a suffix or, for native scripts, by a backend, is a
+function ``read(path, populations=..., seed=...)`` that returns a :class:`~nrp_core.network.data.Network`.
 """
 
 from __future__ import annotations
@@ -43,6 +43,7 @@ def network_from(
     populations: Mapping[str, Selection] | None = None,
     seed: int = 0,
     parameters: Mapping[str, object] | None = None,
+    simulator: str = "",
 ) -> Network:
     """Read a brain script or any other file with an installed reader.
 
@@ -51,17 +52,20 @@ def network_from(
         populations: names for neurons of its circuit.
         seed: the seed of its random numbers.
         parameters: values of the parameters that a script declares; only such a reader gets them.
+        simulator: the backend with the simulator in which a native script runs.
 
     Raises:
         NetworkError: no reader supports the file, or it cannot be read.
         NeuronSelectionError: ``populations`` reaches outside the circuit.
         CapabilityError: it contains elements that networks do not support.
     """
-    if path.suffix not in READERS.names() and not READERS.distribution_with(path.suffix):
-        valid = did_you_mean(path.suffix, READERS.names())
-        raise NetworkError(f"no network is read from files that end in '{path.suffix}'{valid}", path=path)
+    kind = simulator or path.suffix
+    if kind not in READERS.names() and not READERS.distribution_with(kind):
+        valid = did_you_mean(kind, READERS.names())
+        what = "native scripts run on the backend" if simulator else "network is read from files that end in"
+        raise NetworkError(f"no {what} '{kind}'{valid}", path=path)
     try:
-        read = READERS.load(path.suffix)
+        read = READERS.load(kind)
     except UnknownBackendError as error:
         raise NetworkError(str(error), path=path) from error
     given = {"parameters": parameters} if parameters else {}
@@ -155,7 +159,8 @@ class Maker(PartMaker):
             "populations": brain.populations, "seed": experiment.seed, "parameters": brain.parameters,
         }  # fmt: skip
         if "" in files:
-            return build(partial(network_from, files[""], **given))
+            simulator = brain.backend if brain.native else ""
+            return build(partial(network_from, files[""], simulator=simulator, **given))
         return build(partial(_networks_from, *files.values(), groups=tuple(files), **given))
 
     def functions(self, experiment: Experiment, collector: Collector) -> Iterator[TransferFunction]:

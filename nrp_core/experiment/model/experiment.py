@@ -218,6 +218,8 @@ class BrainSection(BackendSection):
     model: BrainModel
     """The brain: a PyNN script, a network file (``.nrpnet``), a SONATA configuration (``.json``)
     or a trained network (``.nir``); or several by name: ``{red: a.py, blue: b.py}``."""
+    native: bool = False
+    """Whether the model is a script of the simulator of ``backend``, which runs in that simulator alone."""
     populations: Annotated[dict[GroupedName, Selection], ByGroup] = Field(default_factory=dict)
     """Names for groups of neurons of its ``circuit``; of a file without one, of all its neurons. With
     several models, for each by its name: ``{red: {eyes: "0:5"}}``."""
@@ -245,6 +247,8 @@ class BrainSection(BackendSection):
                     models = ", ".join(f"'{one}'" for one in self.files if one) or "a single one"
                     what = f"'{inner}' is of no model" if not group else f"there is no model '{group}'"
                     raise ValueError(f"{key}.{group or inner}: {what}; the models: {models}")
+        if self.native and (self.controls or any(one.change for one in self.interventions)):
+            raise ValueError("controls and interventions cannot reach the synapses of a 'native' script")
         return self
 
 

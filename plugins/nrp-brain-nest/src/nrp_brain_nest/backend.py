@@ -24,7 +24,7 @@ from nrp_core.brain import (
 from nrp_core.errors import BackendLoadError
 from nrp_core.simulation import Determinism
 
-from nrp_brain_nest.cell_types import APPROXIMATE, CELL_TYPES
+from nrp_brain_nest.cell_types import APPROXIMATE, CELL_TYPES, CONDUCTANCE_CELL, CURRENT_CELL
 from nrp_brain_nest.kernel import NAME
 from nrp_brain_nest.options import NestOptions
 
@@ -39,7 +39,7 @@ class NestBackend(BrainBackend):
     def capabilities(self, options: BrainOptions) -> BrainCapabilities:
         assert isinstance(options, NestOptions)
         return BrainCapabilities(
-            cells=frozenset(CELL_TYPES),
+            cells=frozenset({*CELL_TYPES, CURRENT_CELL, CONDUCTANCE_CELL}),
             synapses=frozenset({STATIC, TSODYKS_MARKRAM, STDP}),
             approximate=APPROXIMATE,
             resolution_ns=options.resolution,
@@ -65,5 +65,9 @@ class NestBackend(BrainBackend):
         if find_spec("nest") is None:
             raise BackendLoadError("NEST is not installed in this Python", remedy=INSTALL)
         from nrp_brain_nest.brain import NestBrain
+        from nrp_brain_nest.native import NativeNetwork
+        from nrp_brain_nest.native_brain import NativeNestBrain
 
+        if isinstance(network, NativeNetwork):
+            return NativeNestBrain(network, seed, self.capabilities(options), options)
         return NestBrain(network, seed, self.capabilities(options), options)

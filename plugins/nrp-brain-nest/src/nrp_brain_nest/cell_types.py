@@ -12,6 +12,11 @@ from typing import Final, Literal
 MILLI: Final = 1000.0
 """Factor from PyNN's units to NEST's: pF in nF, pA in nA, nS in uS."""
 
+CURRENT_CELL: Final = "NestCell"
+"""The cell type of neurons of a native script, about whose model nothing else is known."""
+CONDUCTANCE_CELL: Final = "Nest_cond_cell"
+"""Likewise, if weights onto some of the neurons are conductances."""
+
 Names = Mapping[str, tuple[str, float]]
 Drive = Literal["current", "conductance", "jump"]
 

@@ -26,7 +26,7 @@ class Kernel:
     def __init__(self, grid: Grid, threads: int) -> None:
         self._right = ProcessLock(NAME)
         self._grid, self._threads = grid, threads
-        self._nest = _imported()
+        self._nest = import_nest()
 
     def start(self, longest_delay_ms: float) -> Any:
         """Empty the kernel and return the module ``nest``, at time 0.
@@ -50,7 +50,8 @@ class Kernel:
         self._right.release()
 
 
-def _imported() -> Any:
+def import_nest() -> Any:
+    """Return the module ``nest``, without its banner."""
     os.environ.setdefault("PYNEST_QUIET", "1")  # NEST prints a banner on standard output
     import nest
 
