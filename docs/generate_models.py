@@ -54,7 +54,7 @@ def backends() -> Iterator[tuple[str, BrainCapabilities]]:
         if (source := project.parent / "src").is_dir():
             sys.path.append(str(source))
         for name, entry in declared["nrp_core.brain"].items():
-            if name == "composite":
+            if name in ("composite", "brian2"):  # whose models are those of its parts, or of a script
                 continue
             module, _, attribute = entry.partition(":")
             backend = getattr(import_module(module), attribute)()

@@ -30,8 +30,6 @@ from nrp_core.errors import (
 T = TypeVar("T")
 
 OPTIONAL: Final[Mapping[str, Mapping[str, Sequence[str]]]] = {
-    "nrp-brain-brian2": {f"nrp_core.{group}": ["brian2"] for group in ("brain", "networks", "pynn_dialects")},
-    "nrp-brain-nest": {"nrp_core.networks": ["nest"]},
     "nrp-brain-composite": {"nrp_core.brain": ["composite"]},
     "nrp-conformance": {"nrp_core.commands": ["conformance"]},
     "nrp-ebrains": {

@@ -61,7 +61,7 @@ def network_from(
     """
     kind = simulator or path.suffix
     if kind not in READERS.names() and not READERS.distribution_with(kind):
-        valid = did_you_mean(kind, READERS.names())
+        valid = did_you_mean(kind, [one for one in READERS.names() if one.startswith(".") == (not simulator)])
         what = "native scripts run on the backend" if simulator else "network is read from files that end in"
         raise NetworkError(f"no {what} '{kind}'{valid}", path=path)
     try:
