@@ -42,11 +42,11 @@ def test_a_plugin_is_named_after_its_folder_and_depends_on_the_core(plugin):
     assert (plugin.parent / "README.md").read_text().startswith(f"# {project['name']}")
 
 
-@pytest.mark.parametrize("name", ["nrp-brain-nest", "nrp-brain-pynn"])
+@pytest.mark.parametrize("name", ["nrp-brain-brian2", "nrp-brain-nest", "nrp-brain-pynn"])
 def test_reading_the_capabilities_of_a_plugin_does_not_load_a_simulator(name):
     plugin = ROOT / "plugins" / name
-    _, targets = _entry_points(plugin / "pyproject.toml")
-    (target,) = targets.values()
+    groups = tomllib.loads((plugin / "pyproject.toml").read_text())["project"]["entry-points"]
+    (target,) = groups["nrp_core.brain"].values()
     module, _, attribute = target.partition(":")
     script = f"""
 import sys
