@@ -77,7 +77,7 @@ def _networks_from(*paths: Path, groups: Sequence[str], seed: int, **values: Map
     networks = {}
     for group, path in zip(groups, paths, strict=True):
         begin = f"{group}{SEPARATOR}"
-        own = {
+        own: dict[str, Any] = {
             key: {name.removeprefix(begin): one for name, one in every.items() if name.startswith(begin)}
             for key, every in values.items()
         }

@@ -126,7 +126,8 @@ def _built(end: _BuildingEnds) -> Built:
         network.add(objects)
     groups = {id(one): one for one in objects if isinstance(one, brian2.core.spikesource.SpikeSource)}
     groups |= {id(one): one for one in objects if isinstance(one, brian2.NeuronGroup)}
-    named, views = {}, {}
+    named: dict[str, Any] = {}
+    views: dict[str, Any] = {}
     for name, value in _variables(end.frames):
         if isinstance(value, Subgroup):
             views[name] = value
