@@ -13,7 +13,8 @@ from nrp_conformance.world.driving import DrivingTests  # noqa: E402
 from nrp_conformance.world.mechanics import MechanicsTests  # noqa: E402
 from nrp_conformance.world.motion import ExactMotionTests, MotionTests  # noqa: E402
 from nrp_conformance.world.muscles import MuscleTests  # noqa: E402
-from nrp_conformance.world.own_scene import FullOwnSceneTests, OwnSceneTests  # noqa: E402, F401
+from nrp_conformance.world.own_scene import FullOwnSceneTests as FullOwnSceneTests  # noqa: E402
+from nrp_conformance.world.own_scene import OwnSceneTests as OwnSceneTests  # noqa: E402
 from nrp_conformance.world.sensors import CameraTests, SensorTests  # noqa: E402
 from nrp_conformance.world.state import SequenceTests, StateTests  # noqa: E402
 from nrp_conformance.world.topics import TopicTests  # noqa: E402
