@@ -12,7 +12,8 @@ import platformdirs
 import pytest
 from hypothesis import settings
 
-settings.register_profile("short", deadline=None, max_examples=30)  # busy machines: no test is timed
+# busy machines: no test is timed; the same examples in each run, so that a run can be repeated
+settings.register_profile("short", deadline=None, max_examples=30, derandomize=True)
 settings.register_profile("thorough", deadline=None)  # before a release: --hypothesis-profile thorough
 settings.load_profile("short")
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's job in the background ignores Ctrl-C

@@ -98,6 +98,7 @@ def test_the_brain_conforms(run: Run) -> None:
     assert set(counts) <= {"passed", "skipped"}
 
 
+@pytest.mark.heavy
 def test_a_package_from_nrp_new_installs_and_is_found(run: Run, elsewhere: Path, tmp_path: Path) -> None:
     for subject in ("brain", "world", "experiment"):
         assert run("nrp", "new", subject, "acme").returncode == 0

@@ -43,6 +43,7 @@ def test_there_are_enough_wrong_backends():
     assert len(BRAINS) + len(WORLDS) >= 100
 
 
+@pytest.mark.heavy
 def test_a_brain_that_rounds_delays_to_nanoseconds_is_right():
     class RoundsDelaysToNanoseconds(brains_in_precision.RoundsDelaysToMicroseconds):
         def stored(self, projection):

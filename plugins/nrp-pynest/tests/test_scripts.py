@@ -207,6 +207,7 @@ def test_a_stochastic_cell_fires_at_its_hazard_and_refractory_period(run: Run) -
     assert found["count"] == pytest.approx(200 * 700.0 / (4.0 + 10.0), rel=0.04)
 
 
+@pytest.mark.heavy
 def test_a_generalised_cell_fires_at_the_rate_of_the_membrane_equation(run: Run) -> None:
     found = run(
         "import nest\n"

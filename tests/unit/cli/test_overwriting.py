@@ -110,7 +110,7 @@ OTHERS = {
     *((command, "models") for command in ("run", "validate", "map", "inspect", "diff", "import", "paper")),
     *((command, "recording") for command in ("replay", "plot", "video", "export", "recover")),
     ("functions", "add"), ("inspect", "file"), ("replay", "functions"), ("diff", "other"),
-    ("generate", "file"), ("import", "file"), ("import-connectome", "edges"),
+    ("conformance", "scene"), ("generate", "file"), ("import", "file"), ("import-connectome", "edges"),
     ("import-connectome", "neurons"), ("evolve", "folder"), ("sweep", "folder"),
 }  # fmt: skip
 """Options and arguments that name a file to read."""

@@ -107,11 +107,11 @@ class Ports:
         def add() -> None:
             if not waiting:
                 return
-            end_ms = 1e3 * (clock.t_ + clock.dt_)
+            end_ns = int(nanoseconds(np.array([1e3 * (clock.t_ + clock.dt_)]))[0])
             later = []
             for event in waiting:
-                time_ms, variable, cells, amounts = event
-                if time_ms > end_ms + _NS:
+                time_ns, variable, cells, amounts = event
+                if time_ns > end_ns:
                     later.append(event)
                     continue
                 if variable.conditional_write is not None:  # Brian2 ignores input to a refractory membrane
@@ -125,9 +125,10 @@ class Ports:
         self, group: Any, variable: Any, cells: IntArray, times_ms: FloatArray, amounts: FloatArray
     ) -> None:
         """Let amounts (SI) be added to a variable of cells in the steps in which the given times lie."""
-        for time_ms in np.unique(times_ms).tolist():
-            now = times_ms == time_ms
-            self._arriving[id(group)].append((time_ms, variable, cells[now], amounts[now]))
+        times_ns = nanoseconds(times_ms)
+        for time_ns in np.unique(times_ns).tolist():
+            now = times_ns == time_ns
+            self._arriving[id(group)].append((time_ns, variable, cells[now], amounts[now]))
 
     def take_spikes(self) -> tuple[IntArray, FloatArray]:
         """Return and clear the global ids and times (ms) of the spikes: the ends of their steps."""

@@ -64,6 +64,7 @@ def test_every_task_names_criteria_of_its_experiment() -> None:
         assert {*task.goals, *task.conditions} <= criteria.keys()
 
 
+@pytest.mark.heavy
 def test_worlds_are_scored_compared_and_kept(bench: Any, nrp: Any, worlds: Path, tmp_path: Path) -> None:
     asked = ("--worlds", "disc,fast,twin", "--seeds", SEEDS)
     done = bench(*asked)

@@ -78,6 +78,7 @@ def test_where_seeds_make_no_difference_it_says_what_to_do_about_it(
     assert "to time to event" not in told["advice"]  # which is not held against the seeds any more
 
 
+@pytest.mark.heavy
 def test_finished_runs_are_not_repeated_and_processes_share_the_work(
     nrp: Any, worlds: Path, tmp_path: Path
 ) -> None:
@@ -194,6 +195,7 @@ def test_a_file_that_is_not_a_recording_is_refused(nrp: Any, worlds: Path, tmp_p
     assert "it has no file 'recording.mcap'" in done.err
 
 
+@pytest.mark.heavy
 def test_an_experiment_says_itself_what_is_drawn_with_the_seed(nrp: Any, worlds: Path, kept: Path) -> None:
     varied = worlds / "varied.yaml"
     varied.write_text(

@@ -79,7 +79,9 @@ def interrupted(folder: str) -> None:
             evolve("search.yaml", folder, workers=1, on_progress=stop_after(runs))
 
 
-@pytest.mark.parametrize("optimiser", ["cma", "tpe", "nsga2"])
+@pytest.mark.parametrize(
+    "optimiser", ["cma", *(pytest.param(name, marks=pytest.mark.heavy) for name in ("tpe", "nsga2"))]
+)
 def test_a_search_that_was_stopped_goes_on_with_the_same_candidates(here: Path, optimiser: str) -> None:
     Path("search.yaml").write_text(FILE + f"optimiser: {optimiser}\n")
     whole = evolve("search.yaml", "whole", workers=1)
@@ -93,6 +95,7 @@ def test_a_search_that_was_stopped_goes_on_with_the_same_candidates(here: Path, 
     assert Path("parts/generations.csv").read_text() == Path("whole/generations.csv").read_text()
 
 
+@pytest.mark.heavy
 def test_an_optimiser_that_draws_other_numbers_when_it_resumes_is_noticed(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -41,6 +41,7 @@ def test_an_environment_repeats_the_warnings_of_checks_once(twice: list[str]) ->
         assert all(Code.NRP229 in {one.code for one in run.problems} for run in copies.runs)
 
 
+@pytest.mark.heavy
 def test_copies_in_several_processes_warn_once(twice: list[str]) -> None:
     with pytest.warns(UserWarning, match="nrp validate warns") as told:
         make_vec("slalom_pioneer", twice, num_envs=2, processes=2, **SETTINGS).close()

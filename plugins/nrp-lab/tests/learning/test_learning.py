@@ -73,6 +73,7 @@ def test_a_known_controller_solves_a_task_that_chance_does_not(name: str, world:
     assert found["random"] < 0.7 * found["controller"], found
 
 
+@pytest.mark.heavy
 def test_networks_learn_a_maze_and_a_pole_from_rewards_alone() -> None:
     maze = scores(perform(Trial("maze", RSTDP, 1), ("learned", "unlearned", "random")))
     assert maze["learned"] > 0.9 > max(maze["unlearned"], maze["random"])

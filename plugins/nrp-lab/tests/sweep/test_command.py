@@ -85,6 +85,7 @@ def test_a_row_has_the_values_of_a_single_run(sweep: Sweep) -> None:
         assert row["problems"].split() == list(dict.fromkeys(one.code.name for one in result.problems))
 
 
+@pytest.mark.heavy
 def test_the_same_table_comes_from_any_number_of_workers(sweep: Sweep) -> None:
     for workers in (1, 2):
         assert sweep("sweep.yaml", "--workers", workers, "--out", f"with_{workers}")[0] == 0
@@ -313,6 +314,7 @@ def test_a_plan_is_not_asked_for_with_jobs_that_are_only_written(sweep: Sweep) -
     assert "it has no effect with --emit slurm, which makes no run" in " ".join(err.split())
 
 
+@pytest.mark.heavy
 def test_emitted_jobs_are_collected_by_the_same_command(sweep: Sweep) -> None:
     code, out, _ = sweep("sweep.yaml", "--emit", "snakemake", "--workers", 2)
     assert code == 0

@@ -134,6 +134,7 @@ def digests(rows: list[Row]) -> list[str]:
     return [row["trajectory_digest"] for row in rows]
 
 
+@pytest.mark.heavy
 def test_runs_are_the_same_alone_in_one_process_and_on_workers_of_dask(plan: Plan, tmp_path: Path) -> None:
     alone = made_alone(plan)
     assert len(set(alone)) == len(alone)
@@ -285,6 +286,7 @@ def test_snakemake_goes_on_where_a_job_was_killed(tmp_path: Path, plan: Plan, sn
     assert swept(many, folder, "local", 1) == swept(many, tmp_path / "whole", "local", 1)
 
 
+@pytest.mark.heavy
 def test_workers_of_another_version_and_a_missing_scheduler_are_refused(
     plan: Plan, tmp_path: Path, golden: Golden
 ) -> None:
@@ -403,6 +405,7 @@ def started(folder: Path) -> list[subprocess.Popen[bytes]]:
     return processes
 
 
+@pytest.mark.heavy
 def test_a_sweep_on_slurm_gives_the_same_table(slurm: None, plan: Plan, tmp_path: Path) -> None:
     two = planned(tmp_path, seeds=1)
     here = swept(two, tmp_path / "here", "local", 1)
