@@ -122,9 +122,16 @@ def move(node: Node) -> None:
 
 
 def latched(node: Node) -> None:
+    heard: list[str] = []
+
+    def hear(topic: str, twist: Twist) -> None:
+        heard.append(topic)
+        tell(topic, twist.linear.x)
+
     for topic, qos in (("/kept", LATCHED), ("/gone", 10)):
-        node.create_subscription(Twist, topic, lambda twist, topic=topic: tell(topic, twist.linear.x), qos)
-    spin(node, timeout_s=3.0)
+        node.create_subscription(Twist, topic, partial(hear, topic), qos)
+    spin(node, lambda: "/kept" in heard, timeout_s=40.0)
+    spin(node, timeout_s=1.0)
 
 
 def sensor(node: Node) -> None:
