@@ -49,8 +49,9 @@ class Brian2Backend(BrainBackend):
             return RemoteBrain(self, network, seed=seed, options=options.here(), python=python)
         if find_spec("brian2") is None:
             raise BackendLoadError("Brian2 is not installed in this Python", remedy=INSTALL)
+        from nrp_core.network.native import NativeNetwork
+
         from nrp_brain_brian2.brain import Brian2Brain
-        from nrp_brain_brian2.native import NativeNetwork
 
         self.capabilities(options).require(network, NAME)
         if not isinstance(network, NativeNetwork):

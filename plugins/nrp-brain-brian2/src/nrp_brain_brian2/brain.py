@@ -21,9 +21,9 @@ from nrp_core.brain import (
 )
 from nrp_core.clock import milliseconds
 from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.network.native import NativeNetwork
 from nrp_core.seeds import Seeds
 
-from nrp_brain_brian2.native import NativeNetwork
 from nrp_brain_brian2.options import NAME, Brian2Options
 from nrp_brain_brian2.script import execute, scale_of
 from nrp_brain_brian2.stepping import Ports, Stepper

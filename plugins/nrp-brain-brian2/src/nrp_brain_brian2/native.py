@@ -2,34 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 
-from nrp_core.brain import Network, Population
-from nrp_core.network.picking import Selection, with_views
+from nrp_core.brain import Population
+from nrp_core.network.native import NativeNetwork, native_network
+from nrp_core.network.picking import Selection
 
 from nrp_brain_brian2.options import CELL
-
-
-@dataclass(frozen=True, repr=False)
-class NativeNetwork(Network):
-    """The populations of a script that runs in Brian2.
-
-    Args:
-        script: the script.
-    """
-
-    script: Path = field(kw_only=True)
-
-    @cached_property
-    def digest(self) -> str:
-        """Hash of the populations and of the script."""
-        state = hashlib.blake2b(self.script.read_bytes(), digest_size=16)
-        state.update(Network.digest.func(self).encode())  # type: ignore[attr-defined]
-        return state.hexdigest()
 
 
 def read_native(
@@ -49,12 +29,5 @@ def read_native(
     from nrp_brain_brian2.script import execute
 
     built = execute(path, seed)
-    network = NativeNetwork(
-        {label: Population(label, len(group), CELL, {}) for label, group in built.groups.items()},
-        views=built.views,
-        remarks=(f"'{path.name}' runs in Brian2 itself, so no other brain backend can run it",),
-        script=path,
-    )
-    found = with_views(network, populations or {})
-    assert isinstance(found, NativeNetwork)
-    return found
+    every = [Population(label, len(group), CELL, {}) for label, group in built.groups.items()]
+    return native_network(path, every, views=built.views, named=populations, simulator="Brian2")

@@ -64,8 +64,9 @@ class NestBackend(BrainBackend):
             return RemoteBrain(self, network, seed=seed, options=options.here(), python=python)
         if find_spec("nest") is None:
             raise BackendLoadError("NEST is not installed in this Python", remedy=INSTALL)
+        from nrp_core.network.native import NativeNetwork
+
         from nrp_brain_nest.brain import NestBrain
-        from nrp_brain_nest.native import NativeNetwork
         from nrp_brain_nest.native_brain import NativeNestBrain
 
         if isinstance(network, NativeNetwork):

@@ -2,35 +2,15 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 
-from nrp_core.brain import Network, Population, ProcessLock
-from nrp_core.network.picking import Selection, with_views
+from nrp_core.brain import Population, ProcessLock
+from nrp_core.network.native import NativeNetwork, native_network
+from nrp_core.network.picking import Selection
 
 from nrp_brain_nest.cell_types import CONDUCTANCE_CELL, CURRENT_CELL
 from nrp_brain_nest.kernel import NAME
-
-
-@dataclass(frozen=True, repr=False)
-class NativeNetwork(Network):
-    """The populations of a script that runs in NEST.
-
-    Args:
-        script: the script.
-    """
-
-    script: Path = field(kw_only=True)
-
-    @cached_property
-    def digest(self) -> str:
-        """Hash of the populations and of the script."""
-        state = hashlib.blake2b(self.script.read_bytes(), digest_size=16)
-        state.update(Network.digest.func(self).encode())  # type: ignore[attr-defined]
-        return state.hexdigest()
 
 
 def read_native(
@@ -57,15 +37,6 @@ def read_native(
         built.nest.ResetKernel()
     finally:
         right.release()
-    network = NativeNetwork(
-        {
-            label: Population(label, size, cell, {})
-            for (label, size), cell in zip(sizes.items(), cells, strict=True)
-        },
-        views=built.views,
-        remarks=(f"'{path.name}' runs in NEST itself, so no other brain backend can run it",),
-        script=path,
-    )
-    found = with_views(network, populations or {})
-    assert isinstance(found, NativeNetwork)
-    return found
+    cells_of = zip(sizes.items(), cells, strict=True)
+    every = [Population(label, size, cell, {}) for (label, size), cell in cells_of]
+    return native_network(path, every, views=built.views, named=populations, simulator="NEST")

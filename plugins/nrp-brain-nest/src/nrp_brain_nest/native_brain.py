@@ -22,10 +22,10 @@ from nrp_core.brain import (
 )
 from nrp_core.clock import from_milliseconds, milliseconds
 from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.network.native import NativeNetwork
 
 from nrp_brain_nest.generators import SpikeGenerators
 from nrp_brain_nest.kernel import NAME
-from nrp_brain_nest.native import NativeNetwork
 from nrp_brain_nest.native_script import execute, values_of
 from nrp_brain_nest.options import NestOptions
 from nrp_brain_nest.status import put
