@@ -82,7 +82,7 @@ def _existing(scene: Path | None) -> str:
     if scene is None:
         return ""
     if not scene.is_file():
-        raise typer.BadParameter(f"there is no file {scene}", param_hint="--scene")
+        raise typer.BadParameter(f"{scene} must be an existing file", param_hint="--scene")
     return str(scene.resolve())
 
 

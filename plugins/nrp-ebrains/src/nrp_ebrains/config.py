@@ -218,7 +218,7 @@ def _unsupported(configuration: Configuration, tree: Tree) -> Iterator[Finding]:
 
     loop, processor = configuration.SimulationLoop, configuration.DataPackProcessor
     if loop not in ("FTILoop", EVENT_LOOP):
-        yield no(f"there is no SimulationLoop '{loop}'; valid: FTILoop, {EVENT_LOOP}", "SimulationLoop")
+        yield no(f"SimulationLoop must be FTILoop or {EVENT_LOOP}, not '{loop}'", "SimulationLoop")
     elif processor not in ("tf", "cg"):
         message = f"there is no DataPackProcessor '{processor}'; valid: tf, cg"
         yield no(message, "DataPackProcessor")

@@ -87,5 +87,7 @@ def _fields(package: str, text: str, enums: set[str], messages: set[str]) -> Ite
             field.type = _Field.TYPE_ENUM if kind in enums else _Field.TYPE_MESSAGE
             field.type_name = f".{package}.{kind}"
         else:
-            raise ExperimentError(f"there is no type '{kind}'")
+            raise ExperimentError(
+                f"the type of '{name}' must be a scalar, or an enum or message of this file, not '{kind}'"
+            )
         yield field
