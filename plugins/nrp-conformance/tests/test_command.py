@@ -29,7 +29,7 @@ def test_a_report_is_written_as_json_and_printed_as_text(nrp_conformance, tmp_pa
     assert done.returncode == 0, done.stderr
     report = json.loads(file.read_text())
     assert report["conforms"]
-    assert report["options"] == {"tolerance": "1e-7"}
+    assert report["options"] == {"tolerance": 1e-7}
     assert report["provider"]["distribution"] == "nrp-core"
     assert {result["level"] for result in report["results"]} == {"contract"}
     assert "  ✓ splitting a run is invisible" in done.stdout
@@ -42,6 +42,16 @@ def test_an_option_that_does_not_exist_is_refused_in_one_line(nrp_conformance):
     message = json.loads(done.stdout)["error"]["message"]
     assert "no option 'tolerence'" in message
     assert "'tolerance'" in message
+
+
+def test_an_option_may_be_any_value_in_yaml(nrp_conformance):
+    parts = "parts={a: {backend: event}, b: {backend: nobody}}"
+    done = nrp_conformance("brain", "composite", "-o", parts, "--json")
+    assert done.returncode == 3
+    message = json.loads(done.stdout)["error"]["message"]
+    assert "parts.b" in message
+    assert "'nobody'" in message
+    assert nrp_conformance("brain", "composite", "-o", "parts={a: ").returncode == 3
 
 
 def test_an_invalid_value_of_an_option_is_reported_in_our_own_words(golden: Golden):

@@ -40,7 +40,12 @@ def conformance(
     name: Annotated[str, typer.Argument(metavar="NAME", help="The name of an installed backend.")],
     options: Annotated[
         list[str] | None,
-        typer.Option("--options", "-o", metavar="KEY=VALUE", help="An option of the backend; repeatable."),
+        typer.Option(
+            "--options",
+            "-o",
+            metavar="KEY=VALUE",
+            help="An option of the backend, its value in YAML; repeatable.",
+        ),
     ] = None,
     level: Annotated[
         KitLevel,
@@ -86,16 +91,18 @@ def _existing(scene: Path | None) -> str:
     return str(scene.resolve())
 
 
-def _parse_options(options: list[str]) -> dict[str, str]:
+def _parse_options(options: list[str]) -> dict[str, Any]:
+    from nrp_core.experiment import Place, parse_tree
+
     require_distinct(options, "--options")
     pairs = [option.partition("=") for option in options]
     for key, equals, _ in pairs:
         if not (key and equals):
             raise typer.BadParameter(f"an option is written KEY=VALUE, not '{key}'", param_hint="--options")
-    return {key: value for key, _, value in pairs}
+    return {key: parse_tree(value, Place(override=f"{key}={value}")).plain() for key, _, value in pairs}
 
 
-def _run(kind: TestedSide, name: str, options: dict[str, str], level: KitLevel, scene: str) -> Any:
+def _run(kind: TestedSide, name: str, options: dict[str, Any], level: KitLevel, scene: str) -> Any:
     """Run the tests in a separate process; the output of pytest goes to standard error."""
     from nrp_conformance.run import ALONE
     from nrp_core.errors import ExperimentError, NrpError

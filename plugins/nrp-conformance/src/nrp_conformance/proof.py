@@ -45,14 +45,14 @@ class Proof:
     Args:
         kind: ``brain`` or ``world``.
         name: its entry-point name.
-        options: the backend's options, as text.
+        options: the backend's options, as an experiment file gives them.
         level: ``contract``, ``core`` or ``full``.
         scene: the file of the scene, for a world that has its own.
     """
 
     kind: str
     name: str
-    options: Mapping[str, str]
+    options: Mapping[str, Any]
     level: str
     scene: str = ""
 

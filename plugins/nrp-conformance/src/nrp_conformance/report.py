@@ -71,7 +71,7 @@ class KitReport:
     kind: str
     name: str
     provider: Mapping[str, str]
-    options: Mapping[str, str]
+    options: Mapping[str, Any]
     level: str
     capabilities: Mapping[str, Any]
     machine: Mapping[str, Any]
