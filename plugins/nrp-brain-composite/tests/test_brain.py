@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from golden import Golden
 from nrp_brain_composite import CompositeBackend
+from nrp_brain_composite.cut import cut_network
 from nrp_brain_composite.options import CompositeOptions
 from nrp_brain_event import EventBackend
 from pydantic import ValidationError
@@ -108,15 +109,45 @@ def test_a_part_that_takes_spikes_only_in_time_gets_them_later_over_shorter_dela
         ({"red": {"populations": ["red.a", "blue"]}, "blue": {}}, 1.0, NetworkError),
         ({"red": {"populations": ["red.x"]}, "blue": {}}, 1.0, NetworkError),
         ({"red": {}}, 1.0, NetworkError),
-        ({"one": {}, "two": {}}, 1.0, NetworkError),
     ],
-    ids=["short", "lag", "twice", "unknown", "none", "two rests"],
+    ids=["short", "lag", "twice", "unknown", "none"],
 )
 def test_a_cut_that_cannot_be_made_is_refused(
     parts: dict[str, Any], delay_ms: float, error: type[Exception], golden: Golden
 ) -> None:
     with golden.raises(error):
         opened(parts, network(delay_ms))
+
+
+GRID_1_MS = {"options": {"resolution": "1 ms"}}
+
+
+@pytest.mark.parametrize(
+    ("parts", "delay_ms", "owners"),
+    [
+        ({"one": {}, "two": {}}, 0.2, ("one", "two")),
+        ({"one": GRID_1_MS, "two": GRID_1_MS}, 0.2, ("one", "two")),  # on that grid 0.2 ms are 1 ms
+        ({"one": {}, "two": {"backend": "spinnaker"}}, 1.0, ("one", "one")),
+        ({"one": {}, "two": {"backend": "spinnaker"}}, 2.0, ("one", "two")),
+        ({"one": {"populations": ["blue"]}, "two": {}, "three": {}}, 1.0, ("two", "one")),
+    ],
+    ids=["apart", "grid", "together", "long", "rest"],
+)
+def test_parts_without_populations_share_what_can_be_cut(
+    parts: dict[str, Any], delay_ms: float, owners: tuple[str, str]
+) -> None:
+    cut = cut_network(network(delay_ms), CompositeOptions.model_validate({"parts": parts}))
+    assert tuple(cut.owners.values()) == owners
+
+
+def test_parts_that_share_populations_must_all_be_able_to_simulate_them(golden: Golden) -> None:
+    kind = CELLS["IF_curr_exp_frozen"]
+    values = {name: np.full(2, float(one.default)) for name, one in kind.parameters.items()}
+    whole = Network({"a": Population("a", 2, "IF_curr_exp_frozen", values, {"v": np.full(2, -65.0)})})
+    with opened({"one": {}, "two": {"options": {"resolution": "1 ms"}}}, whole) as brain:
+        brain.run_until(MS)
+    with golden.raises(CapabilityError):
+        opened({"one": {}, "two": {"backend": "spinnaker"}}, whole)
 
 
 def test_a_wrong_option_of_a_part_is_named() -> None:

@@ -15,14 +15,20 @@ from nrp_core.simulation import Determinism
 
 @dataclass(frozen=True, slots=True)
 class CompositeCapabilities(BrainCapabilities):
-    """The capabilities that all parts have; what a network needs is required of its own part alone."""
+    """The capabilities that all parts have.
+
+    What a population needs is required of its own part, or of all parts that share the rest of the network.
+    """
 
     _options: CompositeOptions | None = None
 
     def require(self, network: Network, name: str) -> None:
         assert self._options is not None
-        for part in cut_network(network, self._options).parts:
-            part.options.capabilities.require(part.network, f"{name}, {part.title},")
+        cut = cut_network(network, self._options)
+        for part in cut.parts:
+            for one in cut.sharing if part.name in cut.sharing else (part.name,):
+                given = self._options.parts[one]
+                given.capabilities.require(part.network, f"{name}, {given.title(one)},")
 
 
 def common_capabilities(every: Iterable[BrainCapabilities]) -> dict[str, Any]:

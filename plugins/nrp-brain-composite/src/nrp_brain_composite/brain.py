@@ -65,7 +65,7 @@ class CompositeBrain(Brain):
         identity = f"composite:{options.model_dump_json()}"
         super().__init__(network, seed=seed, capabilities=capabilities, identity=identity)
         cut = cut_network(network, options)
-        self._cut, self._reached_ns = cut, 0
+        self._options, self._cut, self._reached_ns = options, cut, 0
         self._lag_ms = np.zeros(network.size)
         self._spikes: list[Spikes] = []
         with ExitStack() as opened:
@@ -217,14 +217,14 @@ class CompositeBrain(Brain):
     # -- what a part lacks is reported with its name
 
     def _require_change(self, what: str) -> None:
-        for part in self._cut.parts:
-            if what not in part.options.capabilities.changes:
-                raise CapabilityError(f"{part.title} cannot change {what} while it runs")
+        for name, part in self._options.parts.items():
+            if what not in part.capabilities.changes:
+                raise CapabilityError(f"{part.title(name)} cannot change {what} while it runs")
 
     def _require_snapshot(self) -> None:
-        for part in self._cut.parts:
-            if not part.options.capabilities.snapshot:
-                raise CapabilityError(f"{part.title} {SNAPSHOTS}")
+        for name, part in self._options.parts.items():
+            if not part.capabilities.snapshot:
+                raise CapabilityError(f"{part.title(name)} {SNAPSHOTS}")
 
 
 def _open(part: Part, seed: int) -> Brain:

@@ -6,9 +6,11 @@ come from, as source cells whose spikes the composite brain passes on.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
+from itertools import permutations
 from math import lcm
 
 import numpy as np
@@ -28,36 +30,67 @@ from nrp_core.clock import NS_PER_MS, milliseconds, nanoseconds
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 
 
-def owners_of(network: Network, options: CompositeOptions) -> dict[str, str]:
-    """Return the part of each population with cells; source cells belong to every part that they project to.
+def owners_of(network: Network, options: CompositeOptions) -> tuple[dict[str, str], tuple[str, ...]]:
+    """Return the part of each population with cells, and the parts that share those which no other part has.
+
+    Source cells belong to every part that they project to.
 
     Raises:
         NetworkError: a population has no part or several, or a part names none.
     """
     cells = [label for label, one in network.populations.items() if not one.is_source]
     owners: dict[str, str] = {}
-    takes_rest = ""
+    sharing = []
     for name, part in options.parts.items():
         chosen = part.populations
         if chosen is None and any(label.startswith(f"{name}.") for label in cells):
             chosen = (name,)
         if chosen is None:
-            if takes_rest:
-                raise NetworkError(
-                    f"the parts '{takes_rest}' and '{name}' have no populations; only one can take the rest"
-                )
-            takes_rest = name
+            sharing.append(name)
             continue
         for label in _chosen(name, chosen, network):
             if label in cells and owners.setdefault(label, name) != name:
                 raise NetworkError(f"population '{label}' is in the parts '{owners[label]}' and '{name}'")
     left = [label for label in cells if label not in owners]
-    if left and not takes_rest:
+    if left and not sharing:
         raise NetworkError(
             f"population '{left[0]}' is in none of the parts {_listed(options.parts)}; a part without "
             "`populations` takes the rest"
         )
-    return {label: owners.get(label, takes_rest) for label in cells}
+    owners |= _shared(network, left, sharing, options)
+    return {label: owners[label] for label in cells}, tuple(sharing)
+
+
+def _shared(
+    network: Network, labels: Sequence[str], sharing: Sequence[str], options: CompositeOptions
+) -> dict[str, str]:
+    """Return the part of each of some populations, which several parts share.
+
+    Populations that cannot be in different parts stay together. The largest groups go first, each to the part
+    with the fewest cells and synapses.
+    """
+    known, grid_ns = [options.parts[name].capabilities for name in sharing], resolution_ns(options) or 1
+    groups, sizes = {label: {label} for label in labels}, Counter[str]()
+    for label in labels:
+        sizes[label] = network.populations[label].size
+    for one in network.projections:
+        sizes[one.post] += one.size
+        if one.pre in groups and one.post in groups and not _can_be_cut(one, known, grid_ns):
+            joined = groups[one.pre] | groups[one.post]
+            groups |= dict.fromkeys(joined, joined)
+    distinct = {id(group): group for group in groups.values()}.values()
+    found, taken = dict[str, str](), dict.fromkeys(sharing, 0)
+    for group in sorted(distinct, key=lambda group: -sum(sizes[label] for label in group)):
+        name = min(taken, key=taken.__getitem__)
+        taken[name] += sum(sizes[label] for label in group)
+        found |= dict.fromkeys(group, name)
+    return found
+
+
+def _can_be_cut(projection: Projection, parts: Sequence[BrainCapabilities], grid_ns: int) -> bool:
+    """Return whether a projection can lead from any of some parts to any other one."""
+    pairs = permutations(parts, 2) if projection.size else ()
+    return not projection.is_continuous and all(_usable_ns(projection, *pair) >= grid_ns for pair in pairs)
 
 
 def _chosen(part: str, names: Sequence[str], network: Network) -> Iterator[str]:
@@ -104,7 +137,7 @@ class Part:
     @property
     def title(self) -> str:
         """Its name with that of its backend."""
-        return f"part '{self.name}' ({self.options.backend})"
+        return self.options.title(self.name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,11 +147,13 @@ class Cut:
     Args:
         parts: those with cells.
         owners: the part of each population with cells.
+        sharing: the parts that share the populations which no other part has.
         interval_ns: time between two exchanges of spikes; None: there are none.
     """
 
     parts: tuple[Part, ...]
     owners: Mapping[str, str]
+    sharing: tuple[str, ...]
     interval_ns: int | None
 
 
@@ -137,7 +172,7 @@ def cut_network(network: Network, options: CompositeOptions) -> Cut:
         CapabilityError: a projection between parts is shorter than the time between two exchanges, or
             transmits voltages.
     """
-    owners = owners_of(network, options)
+    owners, sharing = owners_of(network, options)
     between = [one for one in network.projections if _is_between(one, owners)]
     known = {name: part.capabilities for name, part in options.parts.items()}
     interval_ns = _interval_ns(between, owners, known, resolution_ns(options) or 1)
@@ -146,7 +181,7 @@ def cut_network(network: Network, options: CompositeOptions) -> Cut:
         shift_ns = 0 if known[name].late_spikes else interval_ns or 0
         lags_ns = {label: known[owner].spike_lag_ns for label, owner in owners.items()}
         parts.append(_part(name, options.parts[name], network, owners, shift_ns, lags_ns))
-    return Cut(tuple(parts), owners, interval_ns)
+    return Cut(tuple(parts), owners, sharing, interval_ns)
 
 
 def _is_between(projection: Projection, owners: Mapping[str, str]) -> bool:
@@ -170,11 +205,9 @@ def _interval_ns(
             )
         if not projection.size:
             continue
-        delay_ns = int(_delays_ns(projection.delay_ms, known[receiver]).min())
-        usable_ns = delay_ns - max(0, known[sender].spike_lag_ns - known[receiver].spike_lag_ns)
-        if not known[receiver].late_spikes:  # it needs a step for the rest of the way
-            usable_ns -= known[receiver].resolution_ns or 0
+        usable_ns = _usable_ns(projection, known[sender], known[receiver])
         if usable_ns < grid_ns:
+            delay_ns = int(_delays_ns(projection.delay_ms, known[receiver]).min())
             needed_ns = delay_ns - usable_ns + grid_ns
             raise CapabilityError(
                 f"projection '{projection.label}' from part '{sender}' to part '{receiver}' has a delay of "
@@ -182,6 +215,15 @@ def _interval_ns(
             )
         shortest_ns = usable_ns if shortest_ns is None else min(shortest_ns, usable_ns)
     return None if shortest_ns is None else shortest_ns // grid_ns * grid_ns
+
+
+def _usable_ns(projection: Projection, sender: BrainCapabilities, receiver: BrainCapabilities) -> int:
+    """Return how late another part may learn of a spike that travels over a projection."""
+    delay_ns = int(_delays_ns(projection.delay_ms, receiver).min())
+    usable_ns = delay_ns - max(0, sender.spike_lag_ns - receiver.spike_lag_ns)
+    if not receiver.late_spikes:  # it needs a step for the rest of the way
+        usable_ns -= receiver.resolution_ns or 0
+    return usable_ns
 
 
 def _delays_ns(delays_ms: FloatArray, receiver: BrainCapabilities) -> IntArray:

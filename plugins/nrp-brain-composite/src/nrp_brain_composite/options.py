@@ -19,7 +19,8 @@ class PartOptions(BrainOptions):
     populations: tuple[str, ...] | None = Field(
         default=None,
         description="its populations, by label, by the name of their model, or by a pattern like `red.*`; by "
-        "default those of the model that is called as the part, or else all that no other part has",
+        "default those of the model that is called as the part, or else all that no other part has; several "
+        "such parts share them",
     )
     process: bool = Field(
         default=False,
@@ -41,6 +42,10 @@ class PartOptions(BrainOptions):
             wrong = (f"options.{'.'.join(map(str, one['loc']))}: {one['msg']}" for one in error.errors())
             raise ValueError("; ".join(wrong)) from None
         return self
+
+    def title(self, name: str) -> str:
+        """Return a name of the part with that of its backend."""
+        return f"part '{name}' ({self.backend})"
 
     @property
     def loaded(self) -> tuple[BrainBackend, BrainOptions]:
