@@ -1,7 +1,7 @@
 """Many Huskies with brains of three kinds in one world: each brain does what it does alone.
 
-The engine solves the contacts of all bodies together, so their poses agree to rounding; cameras, which see the
-surroundings of their own body, give the same images.
+The engine solves the contacts of all bodies together, so their poses agree to rounding; cameras, which see
+the surroundings of their own body, give the same images.
 """
 
 from __future__ import annotations

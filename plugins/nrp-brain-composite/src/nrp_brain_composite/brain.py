@@ -66,16 +66,16 @@ class CompositeBrain(Brain):
         super().__init__(network, seed=seed, capabilities=capabilities, identity=identity)
         cut = cut_network(network, options)
         self._options, self._cut, self._reached_ns = options, cut, 0
-        self._lag_ms = np.zeros(network.size)
         self._spikes: list[Spikes] = []
         with ExitStack() as opened:
             self._brains = [opened.enter_context(_open(part, seed)) for part in cut.parts]
             for part, brain in self._parts():
-                self._lag_ms[part.ids[part.is_own]] = milliseconds(part.options.capabilities.spike_lag_ns)
                 self.warnings += brain.warnings
                 _require_silent_sources(part, brain)
-            self._elsewhere = [isinstance(brain, RemoteBrain) for brain in self._brains]
-            self._pool = ThreadPoolExecutor(max(1, sum(self._elsewhere)))
+            elsewhere = [brain for brain in self._brains if isinstance(brain, RemoteBrain)]
+            self._here = [brain for brain in self._brains if brain not in elsewhere] or elsewhere[-1:]
+            self._there = [brain for brain in elsewhere if brain not in self._here]
+            self._pool = ThreadPoolExecutor(max(1, len(self._there)))
             opened.callback(self._pool.shutdown)
             self._open = opened.pop_all()
 
@@ -94,16 +94,10 @@ class CompositeBrain(Brain):
 
     def _run_parts(self, t_ns: int) -> None:
         """Run all parts to a time; those in processes of their own run at the same time as the others."""
-        if len(self._brains) == 1 or not any(self._elsewhere):
-            for brain in self._brains:
-                _run(brain, t_ns)
-            return
-        both = list(zip(self._brains, self._elsewhere, strict=True))
-        pending = [self._pool.submit(_run, brain, t_ns) for brain, is_elsewhere in both if is_elsewhere]
+        pending = [self._pool.submit(_run, brain, t_ns) for brain in self._there]
         try:
-            for brain, is_elsewhere in both:
-                if not is_elsewhere:
-                    _run(brain, t_ns)
+            for brain in self._here:
+                _run(brain, t_ns)
         finally:
             errors = [future.exception() for future in pending]
         for error in errors:
@@ -112,31 +106,28 @@ class CompositeBrain(Brain):
 
     def _exchange(self) -> None:
         """Pass the spikes of each part on to the others."""
-        found = []
         for part, brain in self._parts():
             spikes = brain._do_take_spikes()
             if len(spikes):
-                found.append(Spikes(part.ids[spikes.neurons], spikes.times_ms))
-        if not found:
-            return
-        spikes = Spikes.merged(found)
-        self._spikes.append(spikes)
-        if self._cut.interval_ns is None:
-            return
+                spikes = Spikes(part.ids[spikes.neurons], spikes.times_ms)
+                self._spikes.append(spikes)
+                if self._cut.interval_ns is not None:
+                    self._pass_on(part, spikes)
+
+    def _pass_on(self, sender: Part, spikes: Spikes) -> None:
+        lag_ms = milliseconds(sender.options.capabilities.spike_lag_ns)
         for part, brain in self._parts():
+            if part is sender:
+                continue
             neurons = part.passed_on[spikes.neurons]
             (chosen,) = (neurons >= 0).nonzero()
             if len(chosen):
-                times_ms = spikes.times_ms[chosen]
-                if part.shift_ns:
-                    times_ms = times_ms + milliseconds(part.shift_ns)
-                else:
-                    times_ms = times_ms - self._lag_ms[spikes.neurons[chosen]]
-                brain._do_fire(neurons[chosen], times_ms)
+                later_ms = milliseconds(part.shift_ns) if part.shift_ns else -lag_ms
+                brain._do_fire(neurons[chosen], spikes.times_ms[chosen] + later_ms)
 
     def _do_take_spikes(self) -> Spikes:
         spikes, self._spikes = self._spikes, []
-        return spikes[0] if len(spikes) == 1 else Spikes.merged(spikes)
+        return Spikes.merged(spikes)
 
     # -- input
 
