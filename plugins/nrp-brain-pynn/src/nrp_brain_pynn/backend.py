@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from importlib.util import find_spec
 from typing import ClassVar
 
@@ -16,6 +17,7 @@ from nrp_core.brain import (
 )
 from nrp_core.errors import BackendLoadError
 
+from nrp_brain_pynn.job import program_for
 from nrp_brain_pynn.options import PyNNOptions
 from nrp_brain_pynn.simulators import SIMULATORS
 
@@ -49,6 +51,8 @@ class PyNNBackend(BrainBackend):
         assert isinstance(options, PyNNOptions)
         chosen = options.chosen
         python = options.elsewhere(chosen.name)
+        if options.processes > 1:
+            python = program_for(python or sys.executable, options.processes)
         if python is not None:
             return RemoteBrain(self, network, seed=seed, options=options.here(), python=python)
         if find_spec(chosen.package) is None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from nrp_core.brain import RemoteOptions
 from nrp_core.clock import NS_PER_MS
 from nrp_core.quantities import DurationNs
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, model_validator
 
 from nrp_brain_pynn.simulators import SIMULATORS, Simulator
 
@@ -30,10 +30,22 @@ class PyNNOptions(RemoteOptions):
         default=100_000, description="the integration step of the simulator"
     )
 
+    processes: int = Field(
+        default=1, ge=1, description="for NEURON: the number of MPI processes that share the cells"
+    )
     compiled: bool = Field(
         default=False,
         description="for Brian2: compile its loops, which takes half a minute the first time",
     )
+
+    @model_validator(mode="after")
+    def _require_neuron(self) -> Self:
+        if self.processes > 1 and self.simulator != "neuron":
+            raise ValueError(f"only NEURON runs in several processes, not {self.chosen.name}")
+        return self
+
+    def here(self) -> Self:
+        return super().here().model_copy(update={"processes": 1})
 
     @property
     def chosen(self) -> Simulator:
