@@ -53,6 +53,7 @@ def test_a_full_disk_ends_the_run_and_every_step_up_to_there_is_recorded(disk: P
         assert again.verify().identical
 
 
+@pytest.mark.heavy
 def test_a_recording_is_complete_on_a_disk_that_was_nearly_full_at_its_start(disk: Path) -> None:
     (disk / "ballast").write_bytes(bytes(SIZE - 300_000))
     folder = disk / "run"
@@ -68,6 +69,7 @@ def test_a_recording_is_complete_on_a_disk_that_was_nearly_full_at_its_start(dis
     assert recording.check().intact
 
 
+@pytest.mark.heavy
 def test_a_limited_file_size_ends_the_run_and_every_step_up_to_there_is_recorded(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     command = [

@@ -88,6 +88,7 @@ def test_a_run_is_the_same_again(made: Made) -> None:
     assert outcome.warnings == []
 
 
+@pytest.mark.heavy
 def test_runs_of_other_engines_are_the_same_again_too(tmp_path: Path) -> None:
     made = recorded(*OTHER, tmp_path / "recording")
     assert made.replay().identical
@@ -347,6 +348,7 @@ def test_it_goes_on_from_within_what_was_done_from_outside(changed: Made, from_s
     assert changed.replay(ReplayRequest(from_ns=round(from_s * S))).difference is None
 
 
+@pytest.mark.one_of(2)
 @pytest.mark.parametrize("from_s", [1.2, 2.2])
 def test_a_run_that_continues_from_a_snapshot_has_its_earlier_actions(
     changed: Made, from_s: float, tmp_path: Path

@@ -78,6 +78,7 @@ def test_nothing_comes_from_the_repository(run: Run, elsewhere: Path) -> None:
     assert all(Path(line).is_relative_to(elsewhere) for line in done.stdout.splitlines())
 
 
+@pytest.mark.heavy
 def test_the_main_experiment_passes_on_the_pair_of_minimal_backends(run: Run) -> None:
     pair = "--brain", "minimal", "--world", "minimal"
     early = "-s", "events.left_red.at=1 s", "-s", "duration=12 s"

@@ -67,6 +67,7 @@ def test_code_compiled_from_other_sources_is_kept_apart(folder: str, tmp_path: P
     assert directory() != first
 
 
+@pytest.mark.heavy
 def test_code_is_compiled_again_when_a_module_it_calls_indirectly_changes_but_not_elsewhere(
     tmp_path: Path,
 ) -> None:

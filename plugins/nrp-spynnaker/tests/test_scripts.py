@@ -381,6 +381,7 @@ def test_possible_sizes_of_the_machine_are_taken(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.heavy
 def test_a_cell_that_is_not_emulated_runs_in_floating_point(tmp_path: Path) -> None:
     script = run(
         tmp_path,

@@ -55,6 +55,7 @@ def test_an_impossible_option_is_refused(option: dict, golden: Golden) -> None:
         SpinnakerOptions.model_validate(option)
 
 
+@pytest.mark.heavy
 @pytest.mark.slow
 def test_without_a_compiler_every_bit_is_the_same() -> None:
     script = Path(__file__).parent / "every_kernel.py"

@@ -44,7 +44,7 @@ def random_network(sim: ModuleType, rng: Any = None, more: bool = False) -> Netw
     return network
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(seed=st.integers(0, 2**32))
 def test_equal_seeds_give_equal_networks_and_others_give_others(seed: int) -> None:
     assert random_network(builder(seed)).digest == random_network(builder(seed)).digest

@@ -146,6 +146,7 @@ def test_a_camera_s_images_are_shown_as_they_were(
         video(recording, tmp_path / "other.mp4", VideoOptions(camera="camra"))
 
 
+@pytest.mark.heavy
 def test_shells_complete_the_cameras_of_a_recording(recording: Recording) -> None:
     (topic,) = recording.with_role(Role.CAMERA)
     named = [topic.name, *sorted(topic.name.strip("/").split("/"))]

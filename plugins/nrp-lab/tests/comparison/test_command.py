@@ -61,6 +61,7 @@ def test_differences_are_named(nrp: Any, worlds: Path, kept: Path) -> None:
     assert divergence["visible"]["signal"].startswith("/gazebo/model_states/husky.")
 
 
+@pytest.mark.heavy
 def test_where_seeds_make_no_difference_it_says_what_to_do_about_it(
     nrp: Any, worlds: Path, tmp_path: Path, kept: Path
 ) -> None:
@@ -149,6 +150,7 @@ def test_a_setting_can_be_drawn_with_the_seed(nrp: Any, worlds: Path, kept: Path
     assert disc == twin
 
 
+@pytest.mark.heavy
 def test_two_recordings_are_compared_without_running_anything(nrp: Any, worlds: Path, tmp_path: Path) -> None:
     one, other, page = tmp_path / "one", tmp_path / "other", tmp_path / "page.html"
     assert nrp("run", worlds, "--record", one).code == 0
@@ -232,6 +234,7 @@ def test_a_margin_against_seeds_is_refused_for_two_recordings(nrp: Any, pair: tu
     assert "needs many seeds" in " ".join(done.err.replace("│", " ").split())
 
 
+@pytest.mark.heavy
 def test_the_exit_code_is_that_of_the_engines_on_request(nrp: Any, worlds: Path, kept: Path) -> None:
     asked = ("diff", worlds, "--seeds", 1, "--jobs", 1, "--results", kept)
     assert nrp(*asked, "--worlds", "disc,twin").code == 1  # one seed decides nothing about the finding
@@ -241,6 +244,7 @@ def test_the_exit_code_is_that_of_the_engines_on_request(nrp: Any, worlds: Path,
     assert "The engines differ in motion (world disc -> fast, husky/velocity: " in " ".join(done.out.split())
 
 
+@pytest.mark.heavy
 def test_a_margin_of_a_measure_says_what_matters(nrp: Any, worlds: Path, kept: Path) -> None:
     asked = ("diff", worlds, "--worlds", "disc,fast", "--seeds", 1, "--jobs", 1, "--engines", "--json")
     results = ("--results", kept)

@@ -14,7 +14,7 @@ from nrp_lab.comparison.result import GridDiff, PairDiff
 
 from nrp_core.experiment.model.section import Range
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.heavy]
 
 COPIES = '''
 from dataclasses import replace

@@ -79,6 +79,7 @@ def interrupted(folder: str) -> None:
             evolve("search.yaml", folder, workers=1, on_progress=stop_after(runs))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     "optimiser", ["cma", *(pytest.param(name, marks=pytest.mark.heavy) for name in ("tpe", "nsga2"))]
 )
@@ -135,6 +136,7 @@ def test_the_best_candidate_is_an_experiment_with_the_run_of_its_row(command: Ev
         assert best["values"][0] == pytest.approx(distance - took_s)
 
 
+@pytest.mark.heavy
 def test_a_search_comes_closer_to_the_best_of_all_settings_and_ends_at_its_goal(here: Path) -> None:
     text = FILE.replace("generations: 3", "generations: 30\ngoal: 1.9").replace("seed: {from: 1, to: 2}", "")
     text = text.replace(MISSING, "").replace("time_to_event.arrives: -1", "criteria.arrives: 0.001")
@@ -165,6 +167,7 @@ def test_identical_candidates_are_reported(here: Path) -> None:
     assert "candidates have the value 0: nothing that was searched changes it" in found.ended
 
 
+@pytest.mark.heavy
 def test_several_objectives_give_the_candidates_that_none_surpasses(command: Evolve) -> None:
     several = "[{criterion_distance.stays_near: 1}, {criterion_distance.arrives: 1}]"
     Path("search.yaml").write_text(
@@ -272,6 +275,7 @@ def test_bad_input_gets_one_error(command: Evolve, old: str, new: str, message: 
     assert message in err
 
 
+@pytest.mark.heavy
 def test_a_folder_of_another_search_and_of_a_sweep_are_refused(command: Evolve) -> None:
     assert command("search.yaml", "--workers", 1)[0] == 0
     Path("search.yaml").write_text(FILE.replace("to: 2.0", "to: 3.0"))

@@ -117,6 +117,7 @@ def test_a_baseline_continues_over_the_episodes(settings: dict[str, Any]) -> Non
     assert 0.0 < changes[-1] < 1e-4 * changes[0]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("processes", [1, 2])
 def test_each_copy_learns_alone(settings: dict[str, Any], processes: int) -> None:
     settings |= {"num_envs": 2, "processes": processes, "autoreset_mode": "Disabled"}

@@ -64,6 +64,7 @@ def table(folder: str = "sweep.sweep") -> list[dict[str, str]]:
     ]
 
 
+@pytest.mark.heavy
 def test_a_row_has_the_values_of_a_single_run(sweep: Sweep) -> None:
     code, out, err = sweep("sweep.yaml", "--workers", 2)
     assert code == 0, err

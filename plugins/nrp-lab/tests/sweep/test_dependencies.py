@@ -198,6 +198,7 @@ def changes(folder: Path, site: Path) -> Iterator[tuple[str, object]]:
     yield "nrp_world_mujoco", patched(_code_of_backend)
 
 
+@pytest.mark.heavy
 def test_a_sweep_and_a_comparison_repeat_a_run_after_a_change_of_anything_that_it_read(
     folder: Path, site: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -234,6 +234,7 @@ def killed(plan: Plan, folder: Path, times: int, on: str = "local") -> tuple[lis
     return [{k: v for k, v in row.items() if k not in VARYING} for row in made.rows], kills
 
 
+@pytest.mark.heavy
 def test_nothing_is_lost_when_workers_are_killed(plan: Plan, tmp_path: Path) -> None:
     more = planned(tmp_path, seeds=15)
     rows, kills = killed(more, tmp_path / "killed", 2)
@@ -333,6 +334,7 @@ def test_a_run_is_not_to_blame_for_workers_of_dask_that_die_before_it_begins(
     assert [record.trajectory_digest] == made_alone(plan, 1)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("on", ["local", pytest.param("dask", marks=pytest.mark.heavy)])
 def test_only_the_run_that_ends_its_workers_fails(plan: Plan, tmp_path: Path, on: str) -> None:
     """Runs that wait behind it die with it, but had not begun."""

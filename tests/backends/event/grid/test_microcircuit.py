@@ -51,6 +51,7 @@ def test_a_fiftieth_of_the_network_fires_about_as_published(script: ModuleType) 
     assert distances(script, found, "synchrony").max() < 0.6
 
 
+@pytest.mark.heavy
 def test_a_network_without_its_constant_currents_is_recognised(
     script: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
