@@ -20,7 +20,7 @@ from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment import Run
 from nrp_core.utilities import takes
 from nrp_lab.gym.brain_reward import BrainReward
-from nrp_lab.gym.spaces import SOURCE, Observed, act_on, observe
+from nrp_lab.gym.spaces import SOURCE, Acted, Observed, act_on, observe
 
 Reward: TypeAlias = Callable[[Run, dict[str, Any]], float] | Mapping[str, float]
 """Returns the reward of the last step from the run and the observation by name; or weights of observables."""
@@ -151,14 +151,34 @@ class AgentRun:
         Raises:
             ExperimentError: the reward is not a finite number, or the end neither true nor false.
         """
-        run, agent = self.run, self._agent
-        outcomes, before = run.passed(), self.decided
+        reward, terminated = self.rate(self._agent, seen, *self.decide())
+        if self._brain_reward is not None:
+            self._brain_reward.give(reward)
+        return reward, terminated, now_ns >= self.run.experiment.duration
+
+    def decide(self) -> tuple[float, bool]:
+        """Return the criteria met since the last call minus those missed, and whether all are decided."""
+        outcomes, before = self.run.passed(), self.decided
         reward = 0.0
         if outcomes != before:
             newly = [met for name, met in outcomes.items() if met is not None and before.get(name) is None]
             reward = float(2 * sum(newly) - len(newly))
             self.decided = outcomes
-        terminated = bool(outcomes) and None not in outcomes.values()
+        return reward, bool(outcomes) and None not in outcomes.values()
+
+    def rate(self, agent: Agent, seen: dict[str, Any], reward: float, terminated: bool) -> tuple[float, bool]:
+        """Return the reward of an agent for the last step, and whether its episode is terminated.
+
+        Args:
+            agent: the agent.
+            seen: its observation after the step.
+            reward: the reward of an agent without one of its own.
+            terminated: the end of an agent without one of its own.
+
+        Raises:
+            ExperimentError: see :meth:`judge`.
+        """
+        run = self.run
         if agent.reward is not None:
             given = _rewards(run, agent.reward, seen)
             reward = float(given) if np.ndim(given) == 0 and isinstance(given, _NUMBERS) else nan
@@ -170,9 +190,24 @@ class AgentRun:
                 hint = "; see .any() and .all()" if np.size(ends) > 1 else ""
                 raise ExperimentError(f"terminate returned {ends!r:.60}, not true or false{hint}")
             terminated = bool(ends)
-        if self._brain_reward is not None:
-            self._brain_reward.give(reward)
-        return reward, terminated, now_ns >= run.experiment.duration
+        return reward, terminated
+
+
+def apply_action(acted: Mapping[str, Acted], action: Any) -> None:
+    """Apply an action, a mapping with an array for each of its parts.
+
+    Raises:
+        ExperimentError: a part is missing, unknown, or has another shape.
+    """
+    # a dict is known without asking the abstract class
+    if not isinstance(action, (dict, Mapping)) or action.keys() != acted.keys():
+        names = ", ".join(map(repr, acted)) or "nothing"
+        raise ExperimentError(f"an action is a dict with an array for {names}, not {action!r:.60}")
+    for name, one in acted.items():
+        values = np.asarray(action[name], float)
+        if values.shape != one.shape:
+            raise ExperimentError(f"the action '{name}' has the shape {one.shape}, not {values.shape}")
+        one.apply(values.tolist())
 
 
 _NUMBERS = (Real, np.ndarray, np.generic)

@@ -15,7 +15,15 @@ from nrp_core.errors import ExperimentError
 from nrp_core.experiment import Run
 from nrp_core.running import open_run
 from nrp_core.utilities import checks_arguments
-from nrp_lab.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name, warn_of_findings
+from nrp_lab.gym.agent_run import (
+    Agent,
+    AgentRun,
+    Reward,
+    Terminate,
+    apply_action,
+    bounds_by_name,
+    warn_of_findings,
+)
 from nrp_lab.gym.spaces import values_of
 
 _LEGS = [f"{row}_{side}" for row in ("front", "middle", "rear") for side in ("left", "right")]
@@ -177,18 +185,9 @@ class NrpEnv(gymnasium.Env[Any, Any]):
         if self._refusal is not None:
             raise ExperimentError(self._refusal)
         agent_run, run = self._agent_run, self.run
-        acted = agent_run.acted
-        # a dict is known without asking the abstract class
-        if not isinstance(action, (dict, Mapping)) or action.keys() != acted.keys():
-            names = ", ".join(map(repr, acted)) or "nothing"
-            raise ExperimentError(f"an action is a dict with an array for {names}, not {action!r:.60}")
         if self._is_over:
             self._warn_once("step() after the end of an episode: reset() begins the next one")
-        for name, one in acted.items():
-            values = np.asarray(action[name], float)
-            if values.shape != one.shape:
-                raise ExperimentError(f"the action '{name}' has the shape {one.shape}, not {values.shape}")
-            one.apply(values.tolist())
+        apply_action(agent_run.acted, action)
         run.run_until_ns(run.loop.now_ns + self._period_ns)
         observation, now_ns = self._observation(), run.loop.now_ns
         reward, terminated, truncated = agent_run.judge(observation, now_ns)
