@@ -127,6 +127,7 @@ def both(folder: Path, text: str) -> tuple[dict[str, Any], dict[str, Any]]:
     return vars(run_script(path)), runpy.run_path(str(path))
 
 
+@pytest.mark.one_of(2)
 @pytest.mark.parametrize("model", CELLS)
 def test_driven_cells_fire_at_the_same_grid_points_and_have_the_same_voltages(
     tmp_path: Path, model: str
@@ -180,6 +181,7 @@ def test_stdp_ends_at_the_same_weight(tmp_path: Path) -> None:
     assert ours["weight"] == pytest.approx(nests["weight"], rel=1e-9) != 20.0
 
 
+@pytest.mark.one_of(4)
 @pytest.mark.parametrize("wrap", [False, True])
 @pytest.mark.parametrize("use", ["", "'use_on_source': True,"], ids=["targets", "sources"])
 @pytest.mark.parametrize(
