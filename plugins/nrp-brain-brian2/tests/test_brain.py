@@ -58,6 +58,12 @@ def test_an_explicit_network_inside_a_function_is_stepped(script: Script, opened
         assert len(spikes_in_the_loop(brain)) > 10
 
 
+def test_the_clocks_of_monitors_and_operations_do_not_limit_the_steps(script: Script, opened: Opened) -> None:
+    end = "watch = StateMonitor(cells, 'v', True, dt=0.7*ms)\nnote = NetworkOperation(lambda: 0, dt=0.3*ms)\n"
+    with opened(script(end + RUN)) as brain:
+        assert brain.capabilities.resolution_ns == 100_000
+
+
 def test_a_reset_repeats_the_run(script: Script, opened: Opened) -> None:
     with opened(script(RUN)) as brain:
         before = spikes_in_the_loop(brain, 10)

@@ -13,7 +13,7 @@ from typing import Any
 import brian2
 import numpy as np
 from brian2.core.network import Network as Brian2Network
-from brian2.devices.device import get_device, runtime_device
+from brian2.devices.device import Device, get_device, runtime_device
 from brian2.groups.subgroup import Subgroup
 from nrp_core.brain import IntArray
 from nrp_core.errors import CapabilityError, NetworkError
@@ -91,8 +91,8 @@ def _begin(seed: int, *, compiled: bool) -> None:
 
 @contextmanager
 def _first_run() -> Iterator[None]:
-    """Let the first run of any network of Brian2 end the block."""
-    original = Brian2Network.run
+    """Let the first run of any network of Brian2 end the block, and refuse devices that generate code."""
+    originals = Brian2Network.run, Device.activate
 
     def end(self: Any, *_: Any, namespace: Any = None, **__: Any) -> None:
         ending = _BuildingEnds(self, namespace)
@@ -102,15 +102,18 @@ def _first_run() -> Iterator[None]:
         while frame is not None:
             ending.frames.append(frame)
             frame = None if frame.f_code.co_name == "<module>" else frame.f_back
-        if get_device() is not runtime_device:
-            raise CapabilityError(f"{NAME}'s standalone mode cannot stop between steps; remove set_device")
         raise ending
 
-    Brian2Network.run = end
+    def activate(self: Any, *given: Any, **options: Any) -> None:
+        if self is not runtime_device:
+            raise CapabilityError(f"{NAME}'s standalone mode cannot stop between steps; remove set_device")
+        originals[1](self, *given, **options)
+
+    Brian2Network.run, Device.activate = end, activate
     try:
         yield
     finally:
-        Brian2Network.run = original
+        Brian2Network.run, Device.activate = originals
 
 
 def _built(end: _BuildingEnds) -> Built:

@@ -12,6 +12,7 @@ from nrp_core.clock import nanoseconds
 _FOREVER_S: Final = 1e6
 """The longest duration that Brian2 can count in steps of 0.1 ms without rounding."""
 _NS: Final = 1e-9
+_GROUPS: Final = (brian2.NeuronGroup, brian2.Synapses, brian2.core.spikesource.SpikeSource)
 _SAME: Final = 1e-4
 """The share of a step by which equal times of two clocks of Brian2 may differ."""
 
@@ -24,7 +25,7 @@ class Stepper:
         namespace: the variables that its equations use.
 
     Attributes:
-        steps_ns: the duration of the steps of each clock.
+        steps_ns: the duration of the steps of the groups, or if it has none, of everything else.
     """
 
     def __init__(self, network: Any, namespace: Any) -> None:
@@ -36,7 +37,8 @@ class Stepper:
             clock.set_interval(0 * brian2.second, _FOREVER_S * brian2.second)
         network.before_run(namespace)
         self._active = [one for one in objects if one.active]
-        self.steps_ns = [int(nanoseconds(np.array([1e3 * float(clock.dt)]))[0]) for clock in self._clocks]
+        clocks = {one.clock for one in network.objects if isinstance(one, _GROUPS)} or self._clocks
+        self.steps_ns = [int(nanoseconds(np.array([1e3 * float(clock.dt)]))[0]) for clock in clocks]
         self._random = np.random.get_state()  # noqa: NPY002  Brian2 draws from this generator
 
     def until(self, t_ns: int) -> None:
