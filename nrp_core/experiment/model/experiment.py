@@ -249,6 +249,8 @@ class BrainSection(BackendSection):
                     raise ValueError(f"{key}.{group or inner}: {what}; the models: {models}")
         if self.native and (self.controls or any(one.change for one in self.interventions)):
             raise ValueError("controls and interventions cannot reach the synapses of a 'native' script")
+        if self.native and self.parameters:
+            raise ValueError("a 'native' script has no parameters; scripts of PyNN declare them")
         return self
 
 

@@ -4,10 +4,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from command_fixtures import nrp
 from nrp_core import brains
 from nrp_core.brain import Brain
 from nrp_core.experiment import network_from
 
+__all__ = ["nrp"]
 pytest_plugins = ["golden"]  # in tests/shared
 
 CELLS = """
