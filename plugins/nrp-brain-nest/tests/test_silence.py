@@ -31,7 +31,7 @@ def conductances(options):
         values = []
         for t_ms in range(3000, 4200, 20):  # exp(-3.6 s / 5 ms) is 1e-313
             brain.run_until(t_ms * NS_PER_MS)
-            values.append(brain._cells.all.get("g_ex"))
+            values.append(brain._nest.NodeCollection(brain._cells.nodes.tolist()).get("g_ex"))
     return np.abs(np.array(values))
 
 

@@ -25,7 +25,7 @@ from nrp_brain_nest.cells import Cells
 from nrp_brain_nest.inputs import DeviceInput, SourceCells
 from nrp_brain_nest.kernel import NAME, Kernel
 from nrp_brain_nest.options import NestOptions
-from nrp_brain_nest.status import put
+from nrp_brain_nest.recorder import Recorder
 from nrp_brain_nest.synapses import Wiring
 from nrp_brain_nest.weights import Weights
 
@@ -68,12 +68,7 @@ class NestBrain(Brain):
         self._wiring = wiring = Wiring(nest, network, self._cells, self._source_cells, weights, grid)
         for projection in network.projections:
             wiring.connect(projection)
-        self._recorder = nest.Create("spike_recorder", params={"time_in_steps": True})
-        self._ids = np.zeros(1, np.int64)
-        if self._cells.all is not None:
-            nest.Connect(self._cells.all, self._recorder)
-            self._ids = np.zeros(self._cells.nodes.max() + 1, np.int64)
-            self._ids[self._cells.nodes] = np.arange(network.size)
+        self._recorder = Recorder(nest, self._cells.nodes, grid)
         return wiring.warnings
 
     def _do_run_until(self, t_ns: int) -> None:
@@ -86,11 +81,7 @@ class NestBrain(Brain):
         self._reached_ns = t_ns
 
     def _do_take_spikes(self) -> Spikes:
-        events = self._recorder.get("events")
-        if not len(events["senders"]):
-            return Spikes()
-        put(self._recorder, [{"n_events": 0}])
-        return Spikes(self._ids[events["senders"]], self._grid.time_ms(events["times"]))
+        return self._recorder.take()
 
     def _do_fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
         self._source_cells.fire(neurons, times_ms)

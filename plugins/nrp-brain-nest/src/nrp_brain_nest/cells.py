@@ -23,7 +23,6 @@ class Cells:
 
     Attributes:
         nodes: NEST's id of each global id, 0 for source cells, shape ``(network.size,)``.
-        all: all cells as one NEST collection, or None without cells.
 
     Raises:
         NetworkError: NEST refuses a parameter.
@@ -32,7 +31,6 @@ class Cells:
     def __init__(self, nest: Any, network: Network) -> None:
         self._network = network
         self.nodes = np.zeros(network.size, np.int64)
-        self.all: Any = None
         self._nest = nest
         self._collections: dict[str, Any] = {}
         self._parameters: dict[str, Mapping[str, FloatArray]] = {}
@@ -45,7 +43,6 @@ class Cells:
     def _add(self, population: Population, collection: Any) -> None:
         ids = self._network.ids_of(population.label)
         self.nodes[ids] = collection.tolist()
-        self.all = collection if self.all is None else self.all + collection
         self._collections[population.label] = collection
         self._parameters[population.label] = population.parameters
         self._offsets_pa[ids] = population.parameters["i_offset"] * MILLI

@@ -28,7 +28,7 @@ from nrp_brain_nest.generators import SpikeGenerators
 from nrp_brain_nest.kernel import NAME
 from nrp_brain_nest.native_script import execute, values_of
 from nrp_brain_nest.options import NestOptions
-from nrp_brain_nest.status import put
+from nrp_brain_nest.recorder import Recorder
 
 _PER_KILO = 1000.0
 """NEST's pA and nS in the nA and uS of devices."""
@@ -79,8 +79,6 @@ class NativeNestBrain(Brain):
         self._reached_ns = 0
         self._grid = Grid(from_milliseconds(float(nest.resolution)), NAME)
         self._nodes = np.concatenate([np.empty(0, np.int64), *built.nodes.values()])
-        self._ids = np.zeros(1 + self._nodes.max(initial=0), np.int64)
-        self._ids[self._nodes] = np.arange(len(self._nodes))
         self._models = values_of(nest, self._nodes, "model") if len(self._nodes) else np.empty(0, str)
         self._recordables = {
             str(one): _readable(nest.GetDefaults(str(one))) for one in np.unique(self._models)
@@ -89,10 +87,7 @@ class NativeNestBrain(Brain):
         self._generators = SpikeGenerators(nest, self._grid, weighted=True)
         self._numbers = np.full((len(RECEPTORS), len(self._nodes)), -1)
         self._delay_ms = max(float(nest.min_delay), float(nest.resolution))  # one that is there already
-        self._recorder = nest.Create("spike_recorder", params={"time_in_steps": True})
-        if len(self._nodes):
-            every = nest.NodeCollection(np.sort(self._nodes).tolist())
-            nest.Connect(every, self._recorder, syn_spec={"delay": self._delay_ms})
+        self._recorder = Recorder(nest, self._nodes, self._grid, delay_ms=self._delay_ms)
 
     def _do_run_until(self, t_ns: int) -> None:
         self._generators.feed(self._grid.number_of(t_ns))
@@ -101,11 +96,7 @@ class NativeNestBrain(Brain):
         self._reached_ns = t_ns
 
     def _do_take_spikes(self) -> Spikes:
-        events = self._recorder.get("events")
-        if not len(events["senders"]):
-            return Spikes()
-        put(self._recorder, [{"n_events": 0}])
-        return Spikes(self._ids[events["senders"]], self._grid.time_ms(events["times"]))
+        return self._recorder.take()
 
     def _do_fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
         raise NotImplementedError("a script of PyNEST has no cells whose spikes come from outside")
