@@ -41,9 +41,16 @@ for k, (model, values) in enumerate([
     ("dc_generator", {"amplitude": -40.0}),
 ]):
     nest.Connect(nest.Create(model, params=values), cell[k], syn_spec={"weight": 1.5, "delay": 1.0 + k / 2})
+waves = nest.Create("ac_generator", params={"amplitude": 30.0, "frequency": 80.0, "phase": 30.0})
+nest.Connect(waves, cell[2], syn_spec={"weight": 1.0, "delay": 1.7})
 meter = nest.Create("voltmeter", params={"interval": 0.1, "start": 2.0, "stop": 40.0})
 nest.Connect(meter, cell)
-nest.Simulate(60.0)
+for amplitude in (60.0, -25.0, 90.0):
+    nest.Simulate(10.0)
+    waves.amplitude = amplitude
+    nest.Simulate(0.4)
+    waves.amplitude = amplitude / 2
+nest.Simulate(30.0)
 samples = meter.get("events")
 """
 RECEPTORS = """

@@ -68,6 +68,25 @@ def test_a_current_arrives_after_the_delay_of_its_synapse_and_ends_at_its_stop(r
     assert [at[6.5], at[8.0]] == pytest.approx([-68.5, -68.5], abs=1e-4)
 
 
+def test_a_changed_current_arrives_after_the_delay_of_its_synapse(run: Run) -> None:
+    found = run(
+        "import nest\n"
+        "cell = nest.Create('iaf_psc_exp', params={'tau_m': 1e6, 'C_m': 100.0})\n"
+        "source = nest.Create('dc_generator', params={'amplitude': 50.0, 'start': 2.0})\n"
+        "nest.Connect(source, cell, syn_spec={'delay': 1.5})\n"
+        "meter = nest.Create('multimeter', params={'record_from': ['V_m'], 'interval': 0.5})\n"
+        "nest.Connect(meter, cell)\n"
+        "nest.Simulate(4.5)\n"
+        "source.amplitude = -100.0\n"
+        "nest.Simulate(0.5)\n"
+        "source.amplitude = 0.0\n"
+        "nest.Simulate(5.0)\n"
+        "times, volts = meter.events['times'], meter.events['V_m']\n"
+    )
+    at = dict(zip(found["times"].tolist(), found["volts"].tolist(), strict=True))
+    assert [at[3.5], at[6.0], at[6.5], at[9.0]] == pytest.approx([-70.0, -68.75, -69.1, -69.2], abs=1e-4)
+
+
 def test_spikes_reach_their_targets_and_recorders_after_each_simulate(run: Run) -> None:
     found = run(
         "import nest\n"

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from math import inf
+from typing import TypeAlias
 
 import numpy as np
 
-from nrp_core.brain import ACSource, DCSource, InjectedCurrent, IntArray, NoisyCurrentSource, SourceSpec
+from nrp_core.brain import ACSource, DCSource, InjectedCurrent, IntArray, NoisyCurrentSource
 from nrp_core.errors import NetworkError
 from nrp_pynest.models import FOREVER_MS
 from nrp_pynest.network import Conversion, Link
+
+Current: TypeAlias = ACSource | DCSource | NoisyCurrentSource
 
 
 def injected(made: Conversion) -> Iterator[InjectedCurrent]:
@@ -23,7 +26,7 @@ def injected(made: Conversion) -> Iterator[InjectedCurrent]:
         link.source.first + place: link for link in made.current_links for place in set(link.pre.tolist())
     }
     for node, link in nodes.items():
-        for spec, cells in driven(made, node):
+        for spec, cells, _ in driven(made, node):
             if not isinstance(spec, DCSource):
                 raise NetworkError(
                     f"nest: '{link.source.model}' cannot be in the brain of an experiment, where a transfer "
@@ -36,10 +39,16 @@ def injected(made: Conversion) -> Iterator[InjectedCurrent]:
             yield InjectedCurrent(cells, np.array(times), np.array(values))
 
 
-def driven(made: Conversion, node: int) -> Iterable[tuple[SourceSpec, IntArray]]:
-    """Yield the currents that a generator sends, each with its cells (global ids).
+def driven(made: Conversion, node: int, since_ms: float = 0.0) -> Iterator[tuple[Current, IntArray, float]]:
+    """Yield the currents that a generator sends, each with its cells (global ids) and delay, ms.
 
-    A current begins in NEST's second step at the earliest, and arrives after the delay of its synapse.
+    A current begins a step of NEST after its settings at the earliest, and arrives after the delay of its
+    synapse.
+
+    Args:
+        made: the network.
+        node: the generator.
+        since_ms: when it was given its settings.
     """
     step_ms = made.network.timestep_ms or 0.1
     for link in made.current_links:
@@ -49,18 +58,20 @@ def driven(made: Conversion, node: int) -> Iterable[tuple[SourceSpec, IntArray]]
             alike = (link.values["weight"] == weight) & (link.values["delay"] == delay_ms)
             same = chosen[alike[chosen]]
             cells = np.array([made.ids[link.target.first + int(link.post[k])] for k in same])
-            for spec in _specs(link, node - link.source.first, weight * 1e-3, delay_ms, step_ms):
-                yield spec, cells
+            for spec in _specs(link, node - link.source.first, weight * 1e-3, delay_ms, step_ms, since_ms):
+                yield spec, cells, delay_ms
 
 
-def _specs(link: Link, place: int, scale: float, delay_ms: float, step_ms: float) -> Iterable[SourceSpec]:
+def _specs(
+    link: Link, place: int, scale: float, delay_ms: float, step_ms: float, since_ms: float
+) -> Iterator[Current]:
     group = link.source
     own = {
         name: group.values[name][place] if name in group.values else value
         for name, value in group.defaults.items()
     }
     shift_ms = float(own["origin"]) + delay_ms
-    start = max(float(own["start"]) + float(own["origin"]), step_ms) + delay_ms
+    start = max(float(own["start"]) + float(own["origin"]), since_ms + step_ms) + delay_ms
     stop = inf if own["stop"] >= FOREVER_MS else float(own["stop"]) + shift_ms
     if "amplitude_times" in own:
         times = np.append(np.asarray(own["amplitude_times"], float) + delay_ms, inf)
@@ -72,8 +83,9 @@ def _specs(link: Link, place: int, scale: float, delay_ms: float, step_ms: float
     elif "std" in own:
         yield NoisyCurrentSource(start, stop, float(own["dt"]), own["mean"] * scale, own["std"] * abs(scale))
     elif "frequency" in own:
-        # NEST counts the phase from the origin, and a port from the start of the current
-        turned = own["phase"] + 360.0 * own["frequency"] * 1e-3 * (start - shift_ms)
+        # NEST counts the phase from the origin and takes the value at the start of a step, a port from the
+        # start of the current and at the middle of a step
+        turned = own["phase"] + 360.0 * own["frequency"] * 1e-3 * (start - shift_ms - step_ms / 2)
         yield ACSource(
             start, stop, step_ms, own["amplitude"] * scale, own["offset"] * scale, own["frequency"], turned
         )

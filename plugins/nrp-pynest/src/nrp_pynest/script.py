@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 import nrp_core.pynn
-from nrp_core.brain import IntArray
+from nrp_core.brain import IntArray, SourcePort
 from nrp_core.brain.backends import brains
 from nrp_core.clock import from_milliseconds, milliseconds
 from nrp_core.errors import NetworkError, NrpError
 from nrp_core.network.files.script import scope_of
 from nrp_pynest.api import nest_module
 from nrp_pynest.built import BuiltBrain
-from nrp_pynest.currents import driven
+from nrp_pynest.currents import Current, driven
 from nrp_pynest.dialect import Dialect
 from nrp_pynest.kernel import random_of
 from nrp_pynest.models import CELLS, CURRENTS, PRECISE, RECORDERS, SPIKE_RECORDERS, STATES
@@ -56,6 +57,10 @@ def run_script(
         kernel.close()
 
 
+_SentCurrent: TypeAlias = tuple[SourcePort, Current, float]
+"""A current that drives cells, and the delay after which it does, ms."""
+
+
 class ScriptKernel(RunningKernel):
     """The nodes and synapses of a script, and the brain that the first ``Simulate`` opens.
 
@@ -66,7 +71,7 @@ class ScriptKernel(RunningKernel):
 
     def __init__(self, backend: str, options: Mapping[str, str]) -> None:
         self._backend, self._options = backend, options
-        self._ports: dict[int, list[Any]] = {}
+        self._ports: dict[int, list[_SentCurrent]] = {}
         self._ran_ns = 0
         super().__init__(random_of(0), BuiltBrain())
 
@@ -194,14 +199,24 @@ class ScriptKernel(RunningKernel):
             self._drive([node for node in nodes if self.group_of(node).base in CURRENTS])
 
     def _drive(self, generators: Iterable[int]) -> None:
-        """Let generators of currents drive their cells with their present settings."""
-        brain = self._built.brain
+        """Let generators of currents drive their cells with their present settings.
+
+        What they sent before arrives until a step and the delay of each synapse have passed.
+        """
+        now_ms, step_ms = milliseconds(self._ran_ns), float(self.status["resolution"])
         for node in map(int, generators):
-            for port in self._ports.pop(node, ()):
-                brain.remove(port)
-            found = self._ports.setdefault(node, [])
-            for k, (spec, cells) in enumerate(driven(self._converted(), node)):
-                found.append(brain.add_source(spec, cells, name=f"nest/current/{node}/{k}"))
+            before = self._ports.pop(node, [])
+            found = self._ports[node] = []
+            for port, spec, delay_ms in before:
+                self._built.brain.remove(port)
+                if now_ms < spec.stop and spec.start < (until_ms := now_ms + step_ms + delay_ms):
+                    shorter = replace(spec, stop=min(spec.stop, until_ms))
+                    found.append(self._source(shorter, port.neurons, delay_ms, port.name))
+            for k, (spec, cells, delay_ms) in enumerate(driven(self._converted(), node, now_ms)):
+                found.append(self._source(spec, cells, delay_ms, f"nest/current/{node}/{k}"))
+
+    def _source(self, spec: Current, cells: IntArray, delay_ms: float, name: str) -> _SentCurrent:
+        return self._built.brain.add_source(spec, cells, name=name), spec, delay_ms
 
 
 def write_events(path: Path, events: Mapping[str, Any]) -> None:
