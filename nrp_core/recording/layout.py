@@ -81,6 +81,8 @@ class Role(StrEnum):
     """Messages published by transfer functions, events and the user."""
     SPIKES = "spikes"
     """The spikes of a population."""
+    VOLTAGE = "voltage"
+    """Samples of membrane voltages."""
     SINK = "sink"
     """The value of a device that records neurons, whenever it changes."""
     SOURCE = "source"
@@ -92,6 +94,11 @@ class Role(StrEnum):
 def spikes_topic(population: str) -> str:
     """Return the topic of a population's spikes."""
     return f"/brain/{population}/spikes"
+
+
+def voltages_topic(population: str) -> str:
+    """Return the topic of the membrane voltages of cells of a population or view."""
+    return f"/brain/{population}/voltages"
 
 
 def device_topic(device: str, quantity: str) -> str:

@@ -17,11 +17,19 @@ from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.time_limit import TimeLimit, TimeLimitExceeded
 from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.backends import brains
+from nrp_core.brain.devices.attached import source_among
 from nrp_core.cle.wiring import declare_topics
 from nrp_core.clock import StepPlan, from_milliseconds, milliseconds, seconds
 from nrp_core.dsl.functions import TransferFunction, require_new_name
 from nrp_core.dsl.testing import MockBrain, MockEngine, MockWorld
-from nrp_core.errors import EndlessScriptError, NeuronSelectionError, SceneError, TopicError, did_you_mean
+from nrp_core.errors import (
+    CapabilityError,
+    EndlessScriptError,
+    NeuronSelectionError,
+    SceneError,
+    TopicError,
+    did_you_mean,
+)
 from nrp_core.experiment.backends import load_backend, named_errors
 from nrp_core.experiment.making.interventions import check_capabilities, with_variants
 from nrp_core.experiment.making.maker import maker_of, with_parameters
@@ -29,10 +37,12 @@ from nrp_core.experiment.making.plan import B, Plan, PlanParts, ProgressCallback
 from nrp_core.experiment.making.watch import Watch, declare_own, warn_of_missing_topics
 from nrp_core.experiment.model.collector import Collector, Omission
 from nrp_core.experiment.model.event_schema import END, START
-from nrp_core.experiment.model.experiment import BackendSection, Build, Experiment
+from nrp_core.experiment.model.experiment import BackendSection, Build, Experiment, VoltageSection
 from nrp_core.experiment.model.section import Key
 from nrp_core.findings import Code, Finding, Findings, Level, has_errors
+from nrp_core.findings.refusals import no_variable
 from nrp_core.network.data import Network
+from nrp_core.network.voltages import VOLTAGE
 from nrp_core.quantities import RoundedNs, unit_of
 from nrp_core.registry import Registry
 from nrp_core.scene.clearance import with_clearance
@@ -204,7 +214,7 @@ def build_network(experiment: Experiment, collector: Collector, build: Build | N
     with collector.during(Code.NRP208, "brain", "model"):
         try:
             network = maker_of(experiment).network(experiment, build or partial(built_in_time, experiment))
-            _require_excluded(experiment, network, collector)
+            _require_recorded(experiment, network, collector)
             return with_variants(network, experiment, collector)
         except NeuronSelectionError as error:
             keys = ("brain", "populations", *(error.subject or "").split("."))
@@ -268,6 +278,9 @@ def _is_accepted(
     check_capabilities(experiment, brain.capabilities, collector)
     with collector.during(Code.NRP216, "brain", "backend"):
         brain.capabilities.require(network, name)
+        shown = brain.capabilities.extended(network).state_variables
+        if experiment.recording.voltages and VOLTAGE not in shown:
+            raise CapabilityError(f"'{name}' does not show membrane voltages: leave out 'recording.voltages'")
         with collector.during(Code.NRP216, "brain", "model"), named_errors(name, "accept the network"):
             collector.place(review(brain, network), "brain", "model")
     return not has_errors(collector.findings[before:])
@@ -459,12 +472,24 @@ def name_cause(found: Sequence[Finding], experiment: Experiment, network: Networ
     return [*others, experiment.place("brain", "model").finding(Code.NRP211, message)]
 
 
-def _require_excluded(experiment: Experiment, network: Network, collector: Collector) -> None:
-    """Require that the populations that a recording leaves out exist."""
+def _require_recorded(experiment: Experiment, network: Network, collector: Collector) -> None:
+    """Require that the populations that a recording leaves out and the cells that it samples exist."""
     for i, label in enumerate(experiment.recording.exclude):
         if label not in network.populations:
             message = f"no population '{label}'{did_you_mean(label, network.populations)}"
             collector.add(Code.NRP211, message, "recording", "exclude", i)
+    for label, section in experiment.recording.voltages.items():
+        with collector.during(Code.NRP211, "recording", "voltages", label):
+            _require_cells(label, section, network)
+
+
+def _require_cells(label: str, section: VoltageSection, network: Network) -> None:
+    """Require that cells exist and have a voltage."""
+    ids = network.neurons(label)
+    if (absent := max(section.cells or (0,))) >= len(ids):
+        raise NeuronSelectionError(f"'{label}' has no cell {absent}; valid: 0 to {len(ids) - 1}")
+    if (source := source_among(network, ids)) is not None:
+        raise no_variable(source, VOLTAGE, source=True)
 
 
 # -- events

@@ -392,6 +392,15 @@ class ChecksSection(Section):
         return codes
 
 
+class VoltageSection(Section):
+    """Samples of membrane voltages in a recording."""
+
+    cells: tuple[Annotated[StrictInt, Field(ge=0)], ...] | None = Field(default=None, min_length=1)
+    """Indices of the cells in their population or view; by default all."""
+    interval: DurationNs = NS_PER_MS
+    """Time between two samples; they lie on the grid of the brain."""
+
+
 class RecordingSection(Section):
     """What a recording of a run contains."""
 
@@ -399,6 +408,8 @@ class RecordingSection(Section):
     """Populations whose spikes are not recorded, such as sources of noise."""
     topics: tuple[TopicName, ...] = ()
     """Topics of sensors that are recorded although nothing in the experiment subscribes to them."""
+    voltages: dict[str, VoltageSection] = Field(default_factory=dict)
+    """Cells whose membrane voltage is recorded, by population or view: ``{circuit: {cells: [0]}}``."""
 
 
 class CompatibilitySection(Section):

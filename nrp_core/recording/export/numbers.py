@@ -101,7 +101,7 @@ class Numbers:
     def of(cls, recording: RecordingReader) -> Numbers:
         """Read a recording."""
         numbers, topics = cls(recording.run, begin_s=inf), recording.topics
-        roles = (Role.MODELS, Role.SENSOR, Role.PUBLISHED, Role.SPIKES, Role.SINK, Role.SOURCE)
+        roles = (Role.MODELS, Role.SENSOR, Role.PUBLISHED, Role.SPIKES, Role.VOLTAGE, Role.SINK, Role.SOURCE)
         spikes: dict[str, list[Any]] = {label: [] for label in _populations(recording.run)}
         for one in recording.messages({topic.name for topic in recording.with_role(*roles)}):
             topic, t_s = topics[one.topic], seconds(one.t_ns)

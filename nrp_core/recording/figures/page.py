@@ -275,7 +275,10 @@ def _rows(story: Story, coloured: Sequence[Coloured], panels: Collection[Panel])
         rows.append((0.2 * visuals, "", lambda axes: draw_timeline(axes, story, coloured)))
     if story.spikes and Panel.SPIKES in panels:
         rows.append((1.7, "Spikes", lambda axes: draw_raster(axes, story)))
-    kinds = ((Panel.DEVICES, story.sinks), (Panel.COMMANDS, moving(story.commands)))
+    kinds = (
+        (Panel.VOLTAGES, story.voltages), (Panel.DEVICES, story.sinks),
+        (Panel.COMMANDS, moving(story.commands)),
+    )  # fmt: skip
     values = [row for panel, series in kinds if panel in panels for row in value_rows(panel, series)]
     for title, series in values[:6]:
         height = height_of(series, 0.8)

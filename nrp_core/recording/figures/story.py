@@ -77,6 +77,7 @@ class Story:
         first_poses, last_poses: the first and last pose of every moving frame.
         tracks: the track of every movable model.
         spikes: by population: ids and times in s.
+        voltages: membrane voltages, by topic and cell.
         sinks: values of devices that record neurons.
         commands: numbers that were published, by topic and field.
         colours: the colour of each visual from each time on.
@@ -91,6 +92,7 @@ class Story:
     last_poses: dict[str, Pose] = field(default_factory=dict)
     tracks: dict[str, Track] = field(default_factory=dict)
     spikes: dict[str, list[tuple[npt.NDArray[np.uint32], FloatArray]]] = field(default_factory=dict)
+    voltages: dict[str, StepSeries] = field(default_factory=dict)
     sinks: dict[str, StepSeries] = field(default_factory=dict)
     commands: dict[str, StepSeries] = field(default_factory=dict)
     colours: dict[str, list[tuple[float, Rgb]]] = field(default_factory=dict)
@@ -165,6 +167,10 @@ class Story:
                 self._take_models(message, t_s)
             case Role.SPIKES if not early:
                 self.spikes.setdefault(message.population, []).append((message.ids, message.times_ms * 1e-3))
+            case Role.VOLTAGE:
+                for cell, value in zip(topic.elements, message.data, strict=True):
+                    series = StepSeries(f"{topic.about['population']}[{cell}]", topic.about["unit"])
+                    self.voltages.setdefault(f"{topic.name}.{cell}", series).add(t_s, value, self.begin_s)
             case Role.SINK:
                 label = topic.about.get("device", recorded.topic)
                 series = self.sinks.setdefault(recorded.topic, StepSeries(label, topic.about.get("unit", "")))

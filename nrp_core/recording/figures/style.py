@@ -30,6 +30,7 @@ class Panel(StrEnum):
     MAP = "map"
     TIMELINE = "timeline"
     SPIKES = "spikes"
+    VOLTAGES = "voltages"
     DEVICES = "devices"
     COMMANDS = "commands"
     CAMERA = "camera"

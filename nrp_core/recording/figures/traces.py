@@ -230,7 +230,8 @@ def moving(series: Mapping[str, StepSeries]) -> dict[str, StepSeries]:
 
 def draw_series(axes: Axes, series: Sequence[StepSeries], story: Story) -> None:
     """Draw a curve for each."""
-    axes.axhline(0, color=FAINT, linewidth=0.5)
+    if max(max(one.values) for one in series) >= 0:  # not of membranes, far below 0
+        axes.axhline(0, color=FAINT, linewidth=0.5)
     labels = short_labels(series, min(_LONGEST_LABEL, _LINE_CHARACTERS // len(series)))
     for number, (one, label) in enumerate(zip(series, labels, strict=True)):
         times, values = [*one.times_s, story.end_s], [*one.values, one.values[-1]]

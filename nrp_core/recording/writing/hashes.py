@@ -12,6 +12,7 @@ import xxhash
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.interface import Brain
 from nrp_core.errors import CapabilityError
+from nrp_core.network.voltages import VOLTAGE
 from nrp_core.recording.layout import Role
 from nrp_core.recording.writing.encoding import Packed
 from nrp_core.recording.writing.signals import RecordEntry
@@ -23,6 +24,7 @@ GROUPS = ("brain", "world", "inputs", "outputs")
 
 GROUP_OF = {
     Role.SPIKES.value: BRAIN,
+    Role.VOLTAGE.value: BRAIN,
     Role.MODELS.value: WORLD,
     Role.SENSOR.value: INPUTS,
     Role.CAMERA.value: INPUTS,
@@ -30,7 +32,6 @@ GROUP_OF = {
     Role.PUBLISHED.value: OUTPUTS,
     Role.SOURCE.value: OUTPUTS,
 }
-VOLTAGE = "v"
 VOLTAGES_EVERY = 25
 """Spikes and values of devices are hashed in every step; membrane voltages only in every
 25th, because reading them costs as much as all other recording."""

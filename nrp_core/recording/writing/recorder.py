@@ -41,6 +41,7 @@ from nrp_core.recording.writing.signals import (
     TopicMessages,
     about_role,
     about_topic,
+    voltages_of,
 )
 from nrp_core.recording.writing.writer import McapFile
 from nrp_core.world.model_states import MODEL_STATES
@@ -91,6 +92,7 @@ class StepCollector:
         self._signals: list[Signal] = [
             Scenery(world, frames), MovingModels(world), LinkTransforms(frames),
             PopulationSpikes(brain, scope.exclude),
+            *voltages_of(brain, scope),
             DeviceRecords(brain), MusclePaths(world),
         ]  # fmt: skip
         self._followed = {MODEL_STATES}

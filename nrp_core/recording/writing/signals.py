@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from math import ceil
 from typing import Any, NamedTuple
@@ -12,18 +12,26 @@ from typing import Any, NamedTuple
 import numpy as np
 import xxhash
 
-from nrp_core._support.arrays import IntArray
-from nrp_core.brain.devices.sinks import SinkPort, SpikeRecorder, SpikeRecorderPort
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.devices.sinks import (
+    SinkPort,
+    SpikeRecorder,
+    SpikeRecorderPort,
+    StateRecorderPort,
+    VoltageRecorder,
+)
 from nrp_core.brain.devices.sources import SourcePort
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.spikes import Spikes
-from nrp_core.clock import seconds
+from nrp_core.clock import milliseconds, nanoseconds, seconds
+from nrp_core.experiment.model.experiment import RecordingSection, VoltageSection
 from nrp_core.messages import nrp_msgs
 from nrp_core.messages.foxglove_msgs import SceneUpdate
 from nrp_core.messages.gazebo_msgs import ModelStates
 from nrp_core.messages.generated import made
 from nrp_core.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.messages.std_msgs import Float64, Float64MultiArray, String
+from nrp_core.network.voltages import VOLTAGE
 from nrp_core.recording.images import compress, compressible
 from nrp_core.recording.layout import (
     SCENE,
@@ -35,6 +43,7 @@ from nrp_core.recording.layout import (
     device_topic,
     hash_topic,
     spikes_topic,
+    voltages_topic,
 )
 from nrp_core.recording.writing import encoding
 from nrp_core.recording.writing.encoding import Parts, TransformsEncoder
@@ -256,6 +265,60 @@ class PopulationSpikes(Signal):
 
     def close(self) -> None:
         self._brain.remove(self._port)
+
+
+@dataclass(frozen=True, slots=True)
+class _Samples(VoltageRecorder):
+    """Collects all samples until they are taken."""
+
+    def open(self, neurons: IntArray, n_neurons: int, name: str) -> _SamplesPort:
+        return _SamplesPort(self, neurons, n_neurons, name)
+
+
+class _SamplesPort(StateRecorderPort):
+    passing = True
+
+    def drain(self) -> Iterator[tuple[int, FloatArray]]:
+        """Yield the times (ns) and voltages of the samples since the last call."""
+        parts, self._samples = self._samples, []
+        for times_ms, rows in parts:
+            yield from zip(nanoseconds(times_ms).tolist(), rows, strict=True)
+
+
+class MembraneVoltages(Signal):
+    """The membrane voltages of cells of a population or view, which must be shown by the brain.
+
+    Args:
+        brain: the brain.
+        label: name of the population or view.
+        section: which cells, and how often.
+    """
+
+    def __init__(self, brain: Brain, label: str, section: VoltageSection) -> None:
+        neurons = brain.network.neurons(label)
+        cells = list(range(len(neurons)) if section.cells is None else section.cells)
+        self._brain, self._topic = brain, voltages_topic(label)
+        elements = json.dumps([str(cell) for cell in cells])
+        self._about = about_role(Role.VOLTAGE, unit="mV", population=label, elements=elements)
+        recorder = _Samples(dt=milliseconds(section.interval))
+        port = brain.add_sink(recorder, neurons[cells], name=f"recording {label}")
+        assert isinstance(port, _SamplesPort)
+        self._port = port
+
+    def take(self, now_ns: int, add: Add) -> None:
+        for t_ns, values in self._port.drain():
+            parts = encoding.float64s(np.ascontiguousarray(values, float))
+            add(RecordEntry(t_ns, self._topic, Float64MultiArray, self._about, parts))
+
+    def close(self) -> None:
+        self._brain.remove(self._port)
+
+
+def voltages_of(brain: Brain, scope: RecordingSection) -> list[MembraneVoltages]:
+    """Return the voltages that are to be recorded; a brain that is played back shows none."""
+    if VOLTAGE not in brain.capabilities.state_variables:
+        return []
+    return [MembraneVoltages(brain, label, section) for label, section in scope.voltages.items()]
 
 
 class DeviceRecords(Signal):

@@ -37,7 +37,7 @@ def write_nwb(recording: Recording, path: Path) -> list[Path]:
     numbers = Numbers.of(recording)
     file = _file(recording, numbers)
     _add_units(file, numbers)
-    for series in numbers.with_role(Role.SINK, Role.SENSOR):
+    for series in numbers.with_role(Role.VOLTAGE, Role.SINK, Role.SENSOR):
         file.add_acquisition(_series(series))
     for series in numbers.with_role(Role.SOURCE):
         file.add_stimulus(_series(series))

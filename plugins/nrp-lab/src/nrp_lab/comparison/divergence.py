@@ -163,7 +163,14 @@ def common_signals(
     one: RunSignals, other: RunSignals
 ) -> Iterator[tuple[str, FloatArray, FloatArray, FloatArray]]:
     """Return each number that both runs have: its name, times, and values in both."""
-    roles = (Role.SINK, Role.PUBLISHED, Role.MODELS, Role.SENSOR, Role.SOURCE)  # causes come first in a tie
+    roles = (
+        Role.VOLTAGE,
+        Role.SINK,
+        Role.PUBLISHED,
+        Role.MODELS,
+        Role.SENSOR,
+        Role.SOURCE,
+    )  # causes come first in a tie
     times_s = min(one.times_s, other.times_s, key=len)
     for series in one.numbers.with_role(*roles):
         twin = other.numbers.series.get(series.name)
