@@ -69,6 +69,7 @@ def test_a_reset_repeats_the_run(script: Script, opened: Opened) -> None:
         before = spikes_in_the_loop(brain, 10)
         brain.reset()
         after = spikes_in_the_loop(brain, 5)
+        assert brain._groups[0][0].name == "neurongroup"  # type: ignore[attr-defined]  # Brian2 orders by name
     assert before.times_ms.tolist() == after.times_ms.tolist()
     assert before.neurons.tolist() == after.neurons.tolist()
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import brian2
 import numpy as np
+from brian2.core.names import Nameable
 from brian2.core.network import Network as Brian2Network
 from brian2.devices.device import Device, get_device, runtime_device
 from brian2.groups.subgroup import Subgroup
@@ -84,6 +85,7 @@ def _begin(seed: int, *, compiled: bool) -> None:
     brian2.prefs.codegen.target = "cython" if compiled else "numpy"
     for name in ("method_choice", "unused_brian_object"):
         brian2.BrianLogger.suppress_name(name)
+    Nameable.__instances__().clear()  # default names begin anew, because Brian2 orders objects by name
     runtime_device.defaultclock = brian2.Clock(dt=0.1 * brian2.ms, name="defaultclock")
     brian2.start_scope()
     brian2.seed(seed % _SEEDS)
