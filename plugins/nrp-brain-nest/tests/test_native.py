@@ -69,6 +69,14 @@ def test_spikes_are_those_of_nest_alone_also_after_a_reset(script: Callable[[str
     assert found == set(expected)
 
 
+def test_a_cell_that_sends_no_spikes_is_silent(script: Callable[[str], Path]) -> None:
+    with native(script("rate = nest.Create('lin_rate_ipn', params={'mu': 3.0})\n" + RUN)) as brain:
+        recorder = brain.add_sink(SpikeRecorder(), [8, 10], name="spikes")
+        brain.run_until(60 * NS_PER_MS)
+        assert set(recorder.spikes().neurons.tolist()) == {8}
+        assert brain.read_state("rate", [10])[0] > 0
+
+
 def test_node_collections_are_populations_or_views(script: Callable[[str], Path]) -> None:
     network = network_from(script(RUN), simulator="nest")
     assert {label: one.size for label, one in network.populations.items()} == {"ex": 8, "inh": 2}

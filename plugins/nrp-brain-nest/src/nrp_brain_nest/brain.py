@@ -69,6 +69,7 @@ class NestBrain(Brain):
         for projection in network.projections:
             wiring.connect(projection)
         self._recorder = Recorder(nest, self._cells.nodes, grid)
+        self._recorder.listen(self._cells.nodes[self._cells.nodes > 0])
         return wiring.warnings
 
     def _do_run_until(self, t_ns: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -88,6 +89,9 @@ class NativeNestBrain(Brain):
         self._numbers = np.full((len(RECEPTORS), len(self._nodes)), -1)
         self._delay_ms = max(float(nest.min_delay), float(nest.resolution))  # one that is there already
         self._recorder = Recorder(nest, self._nodes, self._grid, delay_ms=self._delay_ms)
+        for model in self._recordables:
+            with suppress(nest.NESTError):  # a rate neuron or an astrocyte, which sends no spikes
+                self._recorder.listen(self._nodes[self._models == model])
 
     def _do_run_until(self, t_ns: int) -> None:
         self._generators.feed(self._grid.number_of(t_ns))

@@ -21,13 +21,20 @@ class Recorder:
     """
 
     def __init__(self, nest: Any, nodes: IntArray, grid: Grid, *, delay_ms: float = 1.0) -> None:
-        self._grid = grid
+        self._nest, self._grid, self._synapse = nest, grid, {"delay": delay_ms}
         self._recorder = nest.Create("spike_recorder", params={"time_in_steps": True})
         self._ids = np.zeros(1 + nodes.max(initial=0), np.int64)
         self._ids[nodes] = np.arange(len(nodes))
-        if len(recorded := np.sort(nodes[nodes > 0])):
-            every = nest.NodeCollection(recorded.tolist())
-            nest.Connect(every, self._recorder, syn_spec={"delay": delay_ms})
+
+    def listen(self, nodes: IntArray) -> None:
+        """Record the spikes of nodes.
+
+        Raises:
+            NESTError: they send none.
+        """
+        if len(nodes):
+            collection = self._nest.NodeCollection(np.sort(nodes).tolist())
+            self._nest.Connect(collection, self._recorder, syn_spec=self._synapse)
 
     def take(self) -> Spikes:
         """Return and delete the spikes so far, at the ends of their steps."""
