@@ -97,11 +97,19 @@ class RemoteBrain(Brain):
         self._inputs, self._spikes = Inputs(), list[Spikes]()
 
     def _do_run_until(self, t_ns: int) -> None:
+        self.begin_run(t_ns)
+        self.end_run()
+
+    def begin_run(self, t_ns: int) -> None:
+        """Let the other process run to a time, while this one does something else."""
         inputs, self._inputs = self._inputs, Inputs()
-        memory = self._process.columns
-        (n_spikes, *_) = self._process.step(self.now_ns, t_ns, *inputs.write(memory))
+        self._process.begin_step(self.now_ns, t_ns, *inputs.write(self._process.columns))
+
+    def end_run(self) -> None:
+        """Wait until the other process has reached the time."""
+        n_spikes, *_ = self._process.end_step()
         if n_spikes:
-            self._spikes.append(read_spikes(memory, n_spikes))
+            self._spikes.append(read_spikes(self._process.columns, n_spikes))
 
     def _do_take_spikes(self) -> Spikes:
         spikes, self._spikes = self._spikes, []

@@ -176,8 +176,8 @@ class BrainProcess:
         except (EOFError, OSError):
             raise self._exit_error() from None
 
-    def step(self, *numbers: int) -> Numbers:
-        """Send the numbers of a step and return those of the reply; the columns are in shared memory.
+    def begin_step(self, *numbers: int) -> None:
+        """Send the numbers of a step; the columns are in shared memory.
 
         Raises:
             SimulationError, NrpError: see :meth:`call`.
@@ -185,6 +185,16 @@ class BrainProcess:
         try:
             self._begin()
             self._channel.send_step(*numbers)
+        except (EOFError, OSError):
+            raise self._exit_error() from None
+
+    def end_step(self) -> Numbers:
+        """Return the numbers of the reply to a step.
+
+        Raises:
+            SimulationError, NrpError: see :meth:`call`.
+        """
+        try:
             return self._answer()[1]
         except (EOFError, OSError):
             raise self._exit_error() from None

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from typing import Any
 
@@ -72,11 +71,8 @@ class CompositeBrain(Brain):
             for part, brain in self._parts():
                 self.warnings += brain.warnings
                 _require_silent_sources(part, brain)
-            elsewhere = [brain for brain in self._brains if isinstance(brain, RemoteBrain)]
-            self._here = [brain for brain in self._brains if brain not in elsewhere] or elsewhere[-1:]
-            self._there = [brain for brain in elsewhere if brain not in self._here]
-            self._pool = ThreadPoolExecutor(max(1, len(self._there)))
-            opened.callback(self._pool.shutdown)
+            self._elsewhere = [brain for brain in self._brains if isinstance(brain, RemoteBrain)]
+            self._here = [brain for brain in self._brains if not isinstance(brain, RemoteBrain)]
             self._open = opened.pop_all()
 
     def _parts(self) -> Iterator[tuple[Part, Brain]]:
@@ -94,15 +90,14 @@ class CompositeBrain(Brain):
 
     def _run_parts(self, t_ns: int) -> None:
         """Run all parts to a time; those in processes of their own run at the same time as the others."""
-        pending = [self._pool.submit(_run, brain, t_ns) for brain in self._there]
-        try:
-            for brain in self._here:
-                _run(brain, t_ns)
-        finally:
-            errors = [future.exception() for future in pending]
-        for error in errors:
-            if error is not None:
-                raise error
+        for remote in self._elsewhere:
+            remote.begin_run(t_ns)
+        for brain in self._here:
+            brain._do_run_until(t_ns)
+        for remote in self._elsewhere:
+            remote.end_run()
+        for brain in self._brains:
+            brain.now_ns = t_ns
 
     def _exchange(self) -> None:
         """Pass the spikes of each part on to the others."""
@@ -223,11 +218,6 @@ def _open(part: Part, seed: int) -> Brain:
     if part.options.process:
         return RemoteBrain(backend, part.network, seed=seed, options=options, python=sys.executable)
     return backend.open(part.network, seed=seed, options=options)
-
-
-def _run(brain: Brain, t_ns: int) -> None:
-    brain._do_run_until(t_ns)
-    brain.now_ns = t_ns
 
 
 def _require_silent_sources(part: Part, brain: Brain) -> None:
