@@ -107,10 +107,9 @@ class CompositeBrain(Brain):
                 spikes = Spikes(part.ids[spikes.neurons], spikes.times_ms)
                 self._spikes.append(spikes)
                 if self._cut.interval_ns is not None:
-                    self._pass_on(part, spikes)
+                    self._pass_on(part, spikes, milliseconds(brain.capabilities.spike_lag_ns))
 
-    def _pass_on(self, sender: Part, spikes: Spikes) -> None:
-        lag_ms = milliseconds(sender.options.capabilities.spike_lag_ns)
+    def _pass_on(self, sender: Part, spikes: Spikes, lag_ms: float) -> None:
         for part, brain in self._parts():
             if part is sender:
                 continue
