@@ -72,6 +72,6 @@ def spikes_of(backend: str, network: Network, options: dict[str, Any], stops_ms:
 
 
 def parts(backend: str, options: dict[str, Any], cut: set[str]) -> dict[str, Any]:
-    """Return the options of a composite brain of two parts on one backend."""
+    """Return the options of a composite brain of two parts on one backend, which share an empty cut."""
     one = {"backend": backend, "options": options}
-    return {"parts": {"one": {**one, "populations": sorted(cut)}, "rest": one}}
+    return {"parts": {"one": {**one, "populations": sorted(cut)} if cut else one, "rest": one}}

@@ -9,7 +9,7 @@ from random_networks import LABELS, network, parts, spikes_of
 
 from nrp_core.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 
-CUTS = st.sets(st.sampled_from(LABELS), min_size=1, max_size=2)
+CUTS = st.sets(st.sampled_from(LABELS), max_size=2)
 STOPS = st.sets(st.integers(1, 149), max_size=4).map(lambda stops: (*sorted(stops), 150))
 
 
