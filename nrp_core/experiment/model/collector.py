@@ -35,10 +35,9 @@ def schema_findings(
         code: the code of all findings, instead of those for a schema.
         what: the whole file, in messages.
     """
-    schema = model.model_json_schema()
     found: dict[tuple[Key, ...], Finding] = {}
     for detail in error.errors():
-        finding, keys = _finding(detail, schema, tree, above, what)
+        finding, keys = _finding(detail, model, tree, above, what)
         if keys in found:  # every member of a union has its own error
             finding = replace(found[keys], message=f"{found[keys].message}, or {describe_fault(detail)}")
         found[keys] = finding
@@ -46,7 +45,7 @@ def schema_findings(
 
 
 def _finding(
-    detail: ErrorDetails, schema: dict[str, Any], tree: Tree, above: Sequence[Key], whole: str
+    detail: ErrorDetails, model: type[BaseModel], tree: Tree, above: Sequence[Key], whole: str
 ) -> tuple[Finding, tuple[Key, ...]]:
     """Return a finding and its subject; two findings about the same subject are merged."""
     named = detail["loc"] or _leading_keys(detail)
@@ -54,7 +53,7 @@ def _finding(
     last, what = detail["loc"][-1] if detail["loc"] else "", _join_keys(keys)
     if detail["type"] == "extra_forbidden":
         section = f"'{_join_keys(keys[:-1])}'" if len(keys) > 1 else whole
-        hint = did_you_mean(str(last), keys_at(schema, keys[len(above) : -1]))
+        hint = did_you_mean(str(last), keys_at(model.model_json_schema(), keys[len(above) : -1]))
         message = f"{section} has no key '{last}'{hint}"
         return (reached.key_place or reached.place).finding(Code.NRP201, message), keys
     if detail["type"] == "missing":

@@ -10,6 +10,7 @@ import inspect
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from textwrap import dedent
@@ -285,12 +286,20 @@ def _documented_fields(section: type[BaseModel]) -> dict[str, str]:
     documented: dict[str, str] = {}
     for base in reversed(section.__mro__):
         if issubclass(base, Section):
-            (definition,) = ast.parse(dedent(inspect.getsource(base))).body
-            assert isinstance(definition, ast.ClassDef)
-            for field, text in pairwise(definition.body):
-                match field, text:
-                    case ast.AnnAssign(target=ast.Name(name)), ast.Expr(ast.Constant(str(written))):
-                        documented[name] = inspect.cleandoc(written)
+            documented |= _fields_documented_in(base)
+    return documented
+
+
+@cache
+def _fields_documented_in(section: type[BaseModel]) -> dict[str, str]:
+    """Return the docstring of each field that a class defines itself; its source is read once."""
+    documented: dict[str, str] = {}
+    (definition,) = ast.parse(dedent(inspect.getsource(section))).body
+    assert isinstance(definition, ast.ClassDef)
+    for field, text in pairwise(definition.body):
+        match field, text:
+            case ast.AnnAssign(target=ast.Name(name)), ast.Expr(ast.Constant(str(written))):
+                documented[name] = inspect.cleandoc(written)
     return documented
 
 
