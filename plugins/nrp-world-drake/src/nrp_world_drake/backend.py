@@ -20,6 +20,7 @@ class DrakeBackend(PhysicsBackend):
     interface_version = 2
     engine_name = "Drake"
     remedy = "pip install 'nrp-core[drake]'"
+    muscles = True
 
     def capabilities(self, options: WorldOptions) -> WorldCapabilities:
         return replace(super().capabilities(options), ball_control=False)

@@ -60,6 +60,10 @@ class DrakeFirmJoints(FirmJoints):
         for number in range(len(self.paths)):
             self._engage(number)
 
+    def leads(self, path: JointPath) -> bool:
+        """Return whether a joint has a target."""
+        return path in self._numbers and bool(self.servos.kinds[self._numbers[path]] != FREE)
+
     def release(self) -> None:
         """Remove all targets, as at the start."""
         for path in self.paths:

@@ -7,6 +7,8 @@ from dataclasses import replace
 from importlib.metadata import version
 from typing import Any
 
+import numpy as np
+
 from nrp_core.clock import seconds
 from nrp_core.errors import DivergedError
 from nrp_core.scene.merged_bodies import Body, place_in_frame
@@ -27,6 +29,7 @@ from nrp_world_drake.build import Built, JointHandle, build
 from nrp_world_drake.control import Control
 from nrp_world_drake.drive import Drive
 from nrp_world_drake.motion import Base, JointReader, Running, angles_of, motion_of
+from nrp_world_drake.muscles import Muscles
 
 
 class DrakeEngine(JointedEngine):
@@ -65,6 +68,7 @@ class DrakeEngine(JointedEngine):
             name: JointReader(self._running, joints) for name, joints in self._built.joints.items()
         }
         self._control = Control(self._built, self._running, scene, self._joints, step_s)
+        self._muscles = Muscles(scene, self._built, self._running, self._control.firm, step_s)
         self._restored: tuple[dict[str, FloatArray], list[Touch], dict[tuple[str, str], Wrench]] | None = None
         self._survey(scene)
 
@@ -79,6 +83,8 @@ class DrakeEngine(JointedEngine):
             pushes.append(control.firm.step)
         if control.decaying:
             pushes.append(control.pull)
+        if self._muscles:
+            pushes.append(self._muscles.push)
         try:
             self._step(steps, pushes)
         except RuntimeError as error:
@@ -99,7 +105,9 @@ class DrakeEngine(JointedEngine):
     def _do_reset(self, seed: int) -> None:
         self._running.put(self._built.start)
         self._control.release()
+        self._muscles.release()
         self._running.forces[:] = 0.0
+        self._running.touch()
         for drive in self._drives.values():
             drive.forget()
         self._restored = None
@@ -133,6 +141,8 @@ class DrakeEngine(JointedEngine):
         if self._restored is not None:
             return replace(states, efforts=self._restored[0][model].copy())
         self._control.add_efforts(model, states)
+        if self._muscles:
+            states.efforts[:] += self._joints[model].efforts(self._muscles.efforts())
         return states
 
     def _do_touches(self) -> Sequence[Touch]:
@@ -142,6 +152,15 @@ class DrakeEngine(JointedEngine):
         if self._restored is None:
             return super()._do_joint_wrench(model, joint)
         return self._restored[2][model, joint]
+
+    def set_control(self, model: str, actuator: str, value: float) -> None:
+        self._muscles.set_controls(model, (actuator,), np.array([value]))
+
+    def set_controls(self, model: str, actuators: Sequence[str], values: FloatArray) -> None:
+        self._muscles.set_controls(model, actuators, values)
+
+    def _do_actuator_states(self, model: str, actuators: Sequence[str]) -> FloatArray:
+        return self._muscles.states(model, actuators)
 
     def retarget(self, model: str, targets: JointTargets) -> bool:
         return self._control.firm.retarget(model, targets)
@@ -197,14 +216,16 @@ class DrakeEngine(JointedEngine):
             state,
             self._running.forces.copy(),
             self._control.firm.save(),
+            self._muscles.save(),
             (efforts, list(self._do_touches()), wrenches),
         )
 
     def _do_restore(self, saved: Any) -> None:
-        state, forces, firm, measured = saved
+        state, forces, firm, muscles, measured = saved
         self._running.put(state)
         self._running.forces[:] = forces
         self._control.firm.restore(firm)
+        self._muscles.restore(muscles)
         self._running.touch()
         self._restored = measured
         self._continue()

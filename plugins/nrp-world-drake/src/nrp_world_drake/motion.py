@@ -46,6 +46,7 @@ class Running:
         plant, context: Drake's.
         desired: the positions and velocities that motors lead their joints to, shape ``(2, m)``.
         forces: forces on coordinates, in addition to motors, shape ``(v,)``.
+        pulls: those of muscles, in addition to these.
     """
 
     def __init__(self, built: Built, timestep_ns: int) -> None:
@@ -66,9 +67,9 @@ class Running:
                 self.desired = self.desired.reshape(2, motors)
         if not motors:
             self.desired = np.zeros((2, 0))
-        self.forces = self._open(
-            self.plant.get_applied_generalized_force_input_port(), self.plant.num_velocities()
-        )
+        count = self.plant.num_velocities()
+        self.forces, self.pulls = np.zeros(count), np.zeros(count)
+        self._applied = self._open(self.plant.get_applied_generalized_force_input_port(), count)
         self._contacts = self.plant.get_contact_results_output_port()
         self._reactions = self.plant.get_reaction_forces_output_port()
         self._actuation = self.plant.get_net_actuation_output_port()
@@ -86,6 +87,7 @@ class Running:
 
     def touch(self) -> None:
         """Let Drake read the inputs again, which have changed."""
+        np.add(self.forces, self.pulls, out=self._applied)
         for fixed in self._inputs:
             fixed.GetMutableData()
 
@@ -230,11 +232,21 @@ class JointReader:
         positions, velocities = state.take(self._positions), state.take(self._velocities)
         for first in self._balls:
             three = slice(first, first + 3)
-            turn = quaternion_of(*positions[three].tolist())
-            x, y, z, w = turn
-            positions[three] = rotation_vector(turn)
-            velocities[three] = rotate_vector(-x, -y, -z, w, tuple(velocities[three].tolist()))
-        return JointStates(self.names, positions, velocities, np.zeros(len(positions)))
+            positions[three] = rotation_vector(quaternion_of(*positions[three].tolist()))
+        return JointStates(self.names, positions, self._turned(velocities), np.zeros(len(positions)))
+
+    def efforts(self, forces: FloatArray) -> FloatArray:
+        """Return forces on all coordinates of the plant as efforts of the joints."""
+        return self._turned(forces.take(self._velocities - self._running.velocities_start))
+
+    def _turned(self, values: FloatArray) -> FloatArray:
+        """Turn velocities or torques of ball joints, which Drake has in the parent, into the child's axes."""
+        state = self._running.state
+        for first in self._balls:
+            three = slice(first, first + 3)
+            x, y, z, w = quaternion_of(*state[self._positions[three]].tolist())
+            values[three] = rotate_vector(-x, -y, -z, w, tuple(values[three].tolist()))
+        return values
 
 
 def quaternion_of(roll: float, pitch: float, yaw: float) -> Quaternion:

@@ -1,0 +1,189 @@
+"""Muscles along straight lines, which Drake does not have: forces on coordinates, set before each step.
+
+The moment arms of a path follow from Drake's Jacobians of its points. Drake takes forces at the start of a
+step, so that the force-velocity curve of a strong muscle would be unstable: its slope is added to the dampers
+of the joints, which Drake integrates implicitly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from nrp_core.scene.merged_bodies import body_of
+from nrp_core.scene.rigid import Vector
+from nrp_core.world import WORLD, FloatArray, Model, Pose, Scene
+from nrp_core.world.drives.muscles import ViaPoint, muscles_of
+from nrp_core.world.engine_kit.muscles import (
+    activation_rate,
+    force_length,
+    force_velocity,
+    force_velocity_slope,
+    passive_force,
+)
+from nrp_world_drake.build import Built, JointPath
+from nrp_world_drake.control import DrakeFirmJoints
+from nrp_world_drake.library import tree
+from nrp_world_drake.motion import Running
+
+LENGTH, VELOCITY, TENSION, ACTIVATION = range(4)
+
+
+class Muscles:
+    """The muscles of a scene.
+
+    Args:
+        scene: the scene.
+        built: its handles.
+        running: its plant.
+        firm: the joints that follow with any load, which need no damper.
+        step_s: the physics step, s.
+    """
+
+    def __init__(
+        self, scene: Scene, built: Built, running: Running, firm: DrakeFirmJoints, step_s: float
+    ) -> None:
+        self._running, self._firm, self._step_s = running, firm, step_s
+        owned = [(model, muscle) for model in scene.models for muscle in muscles_of(model)]
+        self._muscles = [muscle for _, muscle in owned]
+        self._numbers = {(model.name, muscle.name): n for n, (model, muscle) in enumerate(owned)}
+        self._groups: dict[tuple[str, tuple[str, ...]], list[int]] = {}
+        places = [_place(built, model, point) for model, muscle in owned for point in muscle.path]
+        self._points = np.array([point for _, point in places]).reshape(-1, 3)
+        carriers: dict[Any, list[int]] = {}
+        for row, (body, _) in enumerate(places):
+            carriers.setdefault(body.index(), []).append(row)
+        carriers.pop(running.plant.world_body().index(), None)
+        self._carried = [
+            (running.plant.get_body(index).body_frame(), rows) for index, rows in carriers.items()
+        ]
+        sizes = np.array([len(muscle.path) for muscle in self._muscles], dtype=int)
+        lasts = np.cumsum(sizes)
+        self._starts = np.setdiff1d(np.arange(len(places)), lasts - 1)  # the first point of each segment
+        self._firsts = lasts - sizes - np.arange(len(sizes))  # the first segment of each muscle
+        self._places = self._points.copy()
+        self._jacobians = np.zeros((len(places), 3, running.plant.num_velocities()))
+        self._dampers = self._dampers_of(built) if owned else {}
+        self._controls, self._states = np.zeros(len(owned)), np.zeros((4, len(owned)))
+        self._slopes = np.zeros(len(owned))
+        self._moments = np.zeros((len(owned), running.plant.num_velocities()))
+        self._seen: FloatArray | None = None
+        self._exerted: FloatArray | None = None
+
+    def __bool__(self) -> bool:
+        return bool(self._muscles)
+
+    def _dampers_of(self, built: Built) -> dict[JointPath, tuple[Any, int]]:
+        """Return the joints of the models with muscles that have dampers, with their coordinates."""
+        models = {model for model, _ in self._numbers}
+        return {
+            (model, name): (handle.joint, handle.velocity)
+            for model in models
+            for name, handle in built.joints[model].items()
+            if handle.axis is None
+        }
+
+    # -- steps
+
+    def push(self) -> None:
+        """Set the forces of the next step, and advance the activations."""
+        self._update()
+        running, moments = self._running, self._moments
+        self._exerted = -(self._states[TENSION] @ moments)
+        running.pulls[:] = self._exerted
+        damping = abs(moments.T * self._slopes @ moments).sum(axis=1)
+        for path, (joint, column) in self._dampers.items():
+            own = 0.0 if self._firm.leads(path) else joint.default_damping()
+            joint.SetDamping(running.context, own + damping[column])
+            running.pulls[column] += damping[column] * running.state[running.velocities_start + column]
+        for n, muscle in enumerate(self._muscles):
+            rise, fall, smooth = muscle.activation_s, muscle.deactivation_s, muscle.smoothing
+            rate = activation_rate(self._controls[n], self._states[ACTIVATION, n], rise, fall, smooth)
+            self._states[ACTIVATION, n] += self._step_s * rate
+
+    def _update(self) -> None:
+        """Compute lengths, velocities and tensions, unless they are those of the present state."""
+        running = self._running
+        if self._seen is not running.state:
+            self._seen = running.state
+            self._measure()
+        for n, muscle in enumerate(self._muscles):
+            length, velocity, _, activation = self._states[:, n].tolist()
+            relative = (length - muscle.slack_length) / muscle.optimal_length
+            fastest = muscle.optimal_length * muscle.vmax
+            active = muscle.force * force_length(relative, muscle.lmin, muscle.lmax) * activation
+            self._slopes[n] = active * force_velocity_slope(velocity / fastest, muscle.fvmax) / fastest
+            passive = muscle.force * passive_force(relative, muscle.lmax, muscle.fpmax)
+            self._states[TENSION, n] = active * force_velocity(velocity / fastest, muscle.fvmax) + passive
+
+    def _measure(self) -> None:
+        """Compute lengths, velocities, and the derivatives of the lengths by the coordinates."""
+        running = self._running
+        plant, context = running.plant, running.context
+        world, by_speed = plant.world_frame(), tree.JacobianWrtVariable.kV
+        for frame, rows in self._carried:
+            points = self._points[rows].T
+            self._places[rows] = plant.CalcPointsPositions(context, frame, points, world).T
+            jacobian = plant.CalcJacobianTranslationalVelocity(context, by_speed, frame, points, world, world)
+            self._jacobians[rows] = jacobian.reshape(len(rows), 3, -1)
+        arrows = self._places[self._starts + 1] - self._places[self._starts]
+        lengths = np.sqrt((arrows * arrows).sum(axis=1))
+        directions = arrows / np.where(lengths > 0, lengths, 1.0)[:, None]
+        closing = self._jacobians[self._starts + 1] - self._jacobians[self._starts]
+        rates = np.einsum("si,siv->sv", directions, closing)
+        self._moments = np.add.reduceat(rates, self._firsts, axis=0)
+        self._states[LENGTH] = np.add.reduceat(lengths, self._firsts)
+        self._states[VELOCITY] = self._moments @ running.state[running.velocities_start :]
+
+    # -- commands and states
+
+    def set_controls(self, model: str, muscles: Sequence[str], values: FloatArray) -> None:
+        """Set the controls of several muscles, shape ``(n,)``."""
+        self._controls[self._group(model, tuple(muscles))] = values
+
+    def states(self, model: str, muscles: Sequence[str]) -> FloatArray:
+        """Return lengths, velocities, tensions and activations now, shape ``(4, n)``."""
+        self._update()
+        states: FloatArray = self._states[:, self._group(model, tuple(muscles))]
+        return states
+
+    def efforts(self) -> FloatArray:
+        """Return the forces on coordinates in the last step, or in the next one before the first."""
+        if self._exerted is not None:
+            return self._exerted
+        self._update()
+        pulls: FloatArray = -(self._states[TENSION] @ self._moments)
+        return pulls
+
+    def _group(self, model: str, muscles: tuple[str, ...]) -> list[int]:
+        path = model, muscles
+        if path not in self._groups:
+            self._groups[path] = [self._numbers[model, muscle] for muscle in muscles]
+        return self._groups[path]
+
+    def release(self) -> None:
+        """Remove all controls and activations, as at the start."""
+        self.restore((0.0, 0.0))
+
+    def save(self) -> object:
+        """Return controls and activations."""
+        return self._controls.copy(), self._states[ACTIVATION].copy()
+
+    def restore(self, saved: Any) -> None:
+        """Restore a state from :meth:`save`."""
+        self._controls[:], self._states[ACTIVATION] = saved
+        self._exerted = None
+        self._running.pulls[:] = 0.0
+
+
+def _place(built: Built, model: Model, point: ViaPoint) -> tuple[Any, Vector]:
+    """Return the body of a point and where it is in the frame of that; the world's if fixed."""
+    world = built.plant.world_body()
+    if point.link == WORLD:
+        return world, (model.pose @ Pose(point.position)).position
+    bodies = built.bodies[model.name]
+    body, place = bodies[body_of([body for body, _ in bodies], point.link)]
+    held = next(link.pose for link in body.links if link.name == point.link) @ Pose(point.position)
+    return (world, (body.pose @ held).position) if body.fixed else (place, held.position)
