@@ -412,18 +412,17 @@ def section_for(model: Model, file: str, args: Mapping[str, str] = _NONE) -> Ite
         file: its file, as the experiment names it.
         args: the arguments that it was expanded with.
     """
-    open_joints = without_commands(model)
+    modes = {joint.name: _mode(model, joint) for joint in without_commands(model)}
     yield from ("robots:", f"  {_quote(_identifier(model.name))}:", f"    model: {_quote(file)}")
     if args:
         given = ", ".join(f"{_quote(name)}: {json.dumps(value)}" for name, value in args.items())
         yield f"    args: {{{given}}}"
     yield "    control:"
-    everything = {joint.name for joint in open_joints} == {joint.name for joint in commandable(model)}
-    if everything and len({joint.kind == "continuous" for joint in open_joints}) == 1:
-        yield f'      ".*": {{mode: {_mode(open_joints[0])}}}'
+    if len(modes) == len(commandable(model)) and len({*modes.values()}) == 1:
+        yield f'      ".*": {{mode: {next(iter(modes.values()))}}}'
         return
-    for joint in open_joints:
-        yield f"      {_quote(re.escape(joint.name))}: {{mode: {_mode(joint)}}}"
+    for joint, mode in modes.items():
+        yield f"      {_quote(re.escape(joint))}: {{mode: {mode}}}"
 
 
 def models_for(folders: Iterable[Path]) -> str:
@@ -440,7 +439,10 @@ def sensors_for(model: Model) -> Iterator[str]:
     yield f"    #   - {{type: camera, link: {link}, pose: [0.1, 0, 0.1, 0, 0, 0], {image}}}"
 
 
-def _mode(joint: Joint) -> str:
+def _mode(model: Model, joint: Joint) -> str:
+    needs = {need for drive in model.drives for need in drive.needs}
+    if joint.takes_commands and needs & {"muscles", "own_actuators"}:
+        return "effort"  # a servo would hold it against these, and OpenSim has none
     return "velocity" if joint.kind == "continuous" else "position"
 
 

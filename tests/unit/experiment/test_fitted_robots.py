@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.resources import files
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -17,6 +18,8 @@ from nrp_core.experiment.model.experiment import RobotSection
 from nrp_core.experiment.model.section import Place
 from nrp_core.scene.devices import Pid
 from nrp_core.scene.model import Model
+from nrp_core.scene.sdf import read_model
+from nrp_core.world.robot_setup import section_for
 
 LINK = '<link name="{}"><inertial><mass value="{}"/><inertia ixx="1" iyy="1" izz="1"/></inertial></link>'
 ENDS = '<parent link="{}"/><child link="{}"/><limit lower="{}" upper="{}" effort="9" velocity="2"/>'
@@ -150,3 +153,11 @@ def test_the_section_that_inspect_prints_gives_every_joint_commands(arm, tmp_pat
     ((name, keys),) = YAML(typ="safe").load(section)["robots"].items()
     assert name == "arm"
     assert {each.joint for each in arm(**keys).controllers} == {"shoulder", "elbow", "slide"}
+
+
+def test_joints_of_a_robot_with_muscles_are_offered_efforts():
+    """A servo would hold them against the muscles."""
+    legs = read_model(Path(str(files("nrp_experiments"))) / "bodies/legs.sdf")
+    ((_, keys),) = YAML(typ="safe").load("\n".join(section_for(legs, "legs.sdf")))["robots"].items()
+    assert keys["control"]
+    assert {each["mode"] for each in keys["control"].values()} == {"effort"}
