@@ -25,6 +25,7 @@ from nrp_core.world import (
     Joint,
     JointController,
     Link,
+    Mesh,
     Model,
     ModelMotion,
     Pid,
@@ -116,6 +117,16 @@ def test_a_ball_rests_in_a_bowl_that_is_not_convex(tmp_path: Path) -> None:
     run(world, 1.0)
     x, _, z = world.model_motion("ball").pose.position
     assert (x, z) == pytest.approx((0.0, 0.2 * 2**0.5), abs=0.02 * 0.2)  # of its mesh
+
+
+def test_a_mesh_of_micrometres_touches_by_points(tmp_path: Path) -> None:
+    """Drake finds no pressure field in it; files have such splinters."""
+    corners = 1e-5 * np.array([(-1.0, -1.0, -0.2), (1.0, -1.0, -0.2), (0.0, 1.0, -0.2), (0.0, 0.0, 0.2)])
+    path = tmp_path / "splinter.stl"
+    write_stl(path, np.array([corners[list(face)] for face in ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3))]))
+    world = opened(floor(), prop("splinter", Mesh(path, (1.0, 1.0, 1.0)), at(0, 0, 0.001), mass=1.0))
+    run(world, 0.5)
+    assert world.model_motion("splinter").pose.position[2] == pytest.approx(0.0, abs=1e-4)
 
 
 def test_a_loop_keeps_its_points_together() -> None:

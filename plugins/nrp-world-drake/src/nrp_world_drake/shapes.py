@@ -48,6 +48,8 @@ SHARE: Final = 0.1
 FINENESS: Final = 4.0
 """The radius of a round shape, over the length of the edges of its mesh."""
 UPRIGHT: Final = 0.999
+THINNEST: Final = 1e-4
+"""The thickness (m) of a mesh up to which Drake may find no pressure field, so that it touches by points."""
 
 
 @dataclass(frozen=True)
@@ -185,7 +187,9 @@ class Shapes:
 
     def _add(self, part: Part, copy: _Copy, name: str) -> Any:
         shape = self._shape(part.collision.geometry, name)
-        pointlike = part.is_exact and copy.on_surfaces is not True
+        extent, area, edge = _extents(part.collision.geometry)
+        thin = isinstance(part.collision.geometry, Mesh) and extent <= THINNEST / 2 and not part.fixed
+        pointlike = thin or (part.is_exact and copy.on_surfaces is not True)
         properties = drake_geometry.ProximityProperties()
         drake_geometry.AddContactMaterial(
             dissipation=0.0 if part.fixed else DISSIPATION,
@@ -193,7 +197,6 @@ class Shapes:
             friction=multibody.CoulombFriction(copy.friction, copy.friction),
             properties=properties,
         )
-        extent, area, edge = _extents(part.collision.geometry)
         modulus = part.stiffness * extent / area
         if not pointlike and part.fixed:
             drake_geometry.AddRigidHydroelasticProperties(edge, properties)
@@ -252,7 +255,7 @@ def _extents(geometry: Geometry) -> tuple[float, float, float]:
             return 1.0, 1.0, 1.0
         case Mesh():
             low, middle, high = sorted(np.ptp(triangles_of(geometry)[0], axis=0).tolist())
-            return max(low, 1e-4) / 2, max(middle * high, 1e-8), high
+            return max(low, THINNEST) / 2, max(middle * high, 1e-8), high
 
 
 def parts_of(model: str, bodies: Sequence[tuple[Body, Any]], world: Any, step_s: float) -> Iterator[Part]:
