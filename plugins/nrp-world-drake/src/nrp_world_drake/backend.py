@@ -19,7 +19,7 @@ class DrakeBackend(PhysicsBackend):
     options = PhysicsOptions
     interface_version = 2
     engine_name = "Drake"
-    remedy = "pip install 'nrp-core[drake]'"
+    remedy = "pip install 'nrp-core[drake]' && apt-get install libglib2.0-0 libsm6 libx11-6"
     muscles = True
 
     def capabilities(self, options: WorldOptions) -> WorldCapabilities:
