@@ -315,6 +315,7 @@ def test_the_process_of_a_closed_brain_serves_the_next_one_as_a_new_one_would(re
     assert run(second, driven(second), 200) == expected
 
 
+@pytest.mark.heavy
 def test_a_process_is_not_used_where_a_new_one_would_differ(remote, tmp_path, monkeypatch):
     first = remote(LimitedBackend(), cells(), time_limit="10 s")
     first.close()

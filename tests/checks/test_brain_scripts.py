@@ -98,6 +98,7 @@ def test_a_network_is_built_once_until_its_script_or_what_it_imports_changes(
     assert len(asked) == 2
 
 
+@pytest.mark.heavy
 def test_results_are_reused_by_the_next_process(husky: Path) -> None:
     """The functions are tried again, in a child of another name."""
     program = (

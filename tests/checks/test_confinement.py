@@ -272,6 +272,7 @@ def test_a_script_is_executed_only_where_it_can_be_confined(
     assert capsys.readouterr().out == "valid\n"
 
 
+@pytest.mark.heavy
 @LINUX
 def test_without_namespaces_a_process_that_is_left_behind_ends_with_its_group(
     husky: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

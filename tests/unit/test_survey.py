@@ -65,6 +65,7 @@ def test_a_backend_whose_simulator_is_missing_is_not_available(install_brain: In
     assert found.advice == "simulator 4: is not installed; try: pip install simulator"
 
 
+@pytest.mark.one_of(2)
 @pytest.mark.parametrize(
     ("source", "reason"),
     [

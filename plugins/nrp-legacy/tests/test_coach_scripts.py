@@ -59,6 +59,7 @@ def nrp_run(corpus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ca
     return run
 
 
+@pytest.mark.heavy
 @pytest.mark.slow
 def test_a_status_callback_ends_a_trial_at_its_second(
     ran: Ran, warm: Path, nrp_run: Callable[..., None], corpus: Path, tmp_path: Path

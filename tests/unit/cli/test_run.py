@@ -362,6 +362,7 @@ def test_a_brain_script_that_never_ends_is_stopped_with_its_line(nrp, experiment
     )
 
 
+@pytest.mark.heavy
 def test_a_script_that_leaves_the_program_is_an_error_with_its_line(
     nrp: Nrp, nrp_process: Nrp, experiment: Path
 ) -> None:
