@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from nrp_lab.comparison.engine_verdict import EngineVerdict
     from nrp_lab.comparison.grid import RunGrid
     from nrp_lab.comparison.metric import Margins, Metric
+    from nrp_lab.comparison.old_records import RecordsDiff
     from nrp_lab.comparison.result import GridDiff, PairDiff
 
 RESULTS_SUFFIX = ".diff"
@@ -46,6 +47,7 @@ _OF_RUNS = (
     "jobs",
 )
 """Parameters that affect runs."""
+_OF_ENGINES = ("engines", "baseline")
 
 Brains = Annotated[
     str,
@@ -86,7 +88,10 @@ def diff(
     ],
     other: Annotated[
         Path | None,
-        typer.Argument(metavar="DIR2", help="The second recording: compare the two without a run."),
+        typer.Argument(
+            metavar="DIR2",
+            help="The second recording, or old records, a CSV file or a folder: compare without a run.",
+        ),
     ] = None,
     brains: Brains = "",
     worlds: Worlds = "",
@@ -117,7 +122,7 @@ def diff(
         typer.Option(
             metavar="METRIC=VALUE",
             help="Equivalence margin, in the metric's unit or as 2sd, for a METRIC or a "
-            "METRIC/PART, or a measure of engines; repeatable.",
+            "METRIC/PART, or a measure of engines; for old records FILE or FILE/HEADER; repeatable.",
         ),
     ] = None,
     engines: Annotated[
@@ -157,6 +162,7 @@ def diff(
     """Report if a result depends on the simulator, the wiring or the time step; fail if it does or may."""
     from nrp_lab.comparison.engine_measures import MEASURES, is_measure
     from nrp_lab.comparison.metric import Margins, all_metrics
+    from nrp_lab.comparison.old_records import RecordsDiff, is_records, tolerances_of
 
     if other is not None:
         refuse_given(context, "two recordings are compared without a run; omit this option", _OF_RUNS)
@@ -171,6 +177,13 @@ def diff(
 
         with usage_errors("--html"):
             require_matplotlib()
+    if other is not None and is_records(other):
+        refuse_given(context, "old records are compared by their numbers; omit this option", _OF_ENGINES)
+        with usage_errors("--margin"):
+            tolerances = tolerances_of(margin or ())
+        records = RecordsDiff.of(Path(experiment), other, tolerances)
+        _report(records, html, as_json=json)
+        raise typer.Exit(0 if records.agrees else NO)
     metrics = all_metrics()
     with usage_errors("--margin"):
         engine_margins = Margins.parse(filter(is_measure, margin or ()), MEASURES, in_sd=False)
@@ -281,7 +294,7 @@ def _compared(
         return GridDiff.of(grid, runs, metrics, margins, results, engines)
 
 
-def _report(found: GridDiff | PairDiff, html: Path | None, *, as_json: bool) -> None:
+def _report(found: GridDiff | PairDiff | RecordsDiff, html: Path | None, *, as_json: bool) -> None:
     from rich.console import Console
 
     data, page, print_text = _forms(found)
@@ -298,15 +311,17 @@ def _report(found: GridDiff | PairDiff, html: Path | None, *, as_json: bool) -> 
 
 
 def _forms(
-    found: GridDiff | PairDiff,
+    found: GridDiff | PairDiff | RecordsDiff,
 ) -> tuple[Callable[[Any], Any], Callable[[Any], str], Callable[[Any, Console], None]]:
-    from nrp_lab.comparison.report import grid_data, pair_data, print_grid, print_pair
-    from nrp_lab.comparison.report_page import grid_page, pair_page
+    from nrp_lab.comparison import report, report_page
+    from nrp_lab.comparison.old_records import RecordsDiff
     from nrp_lab.comparison.result import GridDiff
 
     if isinstance(found, GridDiff):
-        return grid_data, grid_page, print_grid
-    return pair_data, pair_page, print_pair
+        return report.grid_data, report_page.grid_page, report.print_grid
+    if isinstance(found, RecordsDiff):
+        return report.records_data, report_page.records_page, report.print_records
+    return report.pair_data, report_page.pair_page, report.print_pair
 
 
 def chosen_controls(text: str) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from nrp_lab.comparison.divergence import Divergence
 from nrp_lab.comparison.engine_verdict import EngineVerdict
 from nrp_lab.comparison.judgement import Answer, Contrast, Factor, JudgedPart, Judgement, Relation
 from nrp_lab.comparison.metric import DistanceMetric, Metric
+from nrp_lab.comparison.old_records import RecordsDiff
 from nrp_lab.comparison.result import GridDiff, Measured, PairDiff
 from nrp_lab.comparison.timesteps import ABOUT, columns, convergence, differing
 
@@ -184,6 +185,32 @@ def pair_data(diff: PairDiff) -> dict[str, Any]:
             for row in diff.measured
         ],
     }
+
+
+def records_headline(diff: RecordsDiff) -> str:
+    """Return the verdict on a run beside old records."""
+    differing = [each.name for each in diff.signals if not each.agrees]
+    if differing:
+        return f"{len(differing)} of {len(diff.signals)} signals differ from the old records"
+    return "Not all old records were compared" if diff.missing else "The run agrees with the old records"
+
+
+def records_data(diff: RecordsDiff) -> dict[str, Any]:
+    """Return the comparison of a run with old records."""
+    measured = ("largest", "at", "rms", "tolerance", "agrees")
+    signals = {each.name: {key: getattr(each, key) for key in measured} for each in diff.signals}
+    return {"agrees": diff.agrees, "missing": diff.missing, "signals": signals}
+
+
+def print_records(diff: RecordsDiff, console: Console) -> None:
+    """Write the comparison of a run with old records, the largest differences first."""
+    _print_incomplete(console, diff.missing)
+    console.print(Text(records_headline(diff), style=f"bold {'green' if diff.agrees else 'red'}"))
+    table = _table("signal", "apart by", "at", "RMS", "allowed")
+    for each in sorted(diff.signals, key=lambda one: one.agrees):
+        numbers = (f"{each.largest:.3g}", f"{each.at:g}", f"{each.rms:.3g}", f"{each.tolerance:.3g}")
+        table.add_row(each.name, *numbers)
+    console.print(table)
 
 
 def engine_data(verdict: EngineVerdict) -> dict[str, Any]:

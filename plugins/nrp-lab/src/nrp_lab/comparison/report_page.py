@@ -21,6 +21,7 @@ from nrp_lab.comparison import report, timesteps
 from nrp_lab.comparison.divergence import common_signals
 from nrp_lab.comparison.grid import Condition, GridCell, RunGrid
 from nrp_lab.comparison.judgement import Answer, Contrast, Factor, JudgedPart, Judgement, Relation
+from nrp_lab.comparison.old_records import RecordsDiff
 from nrp_lab.comparison.result import GridDiff, PairDiff
 from nrp_lab.comparison.signals import RunSignals
 
@@ -347,6 +348,24 @@ def _both_signals(diff: PairDiff, names: Sequence[str]) -> Figure:
             axes.axvline(first.t_ns * 1e-9, color=INK, linestyle="--", linewidth=0.8)
     stack[-1].set_xlabel("simulated time (s)")
     return figure
+
+
+def _records(diff: RecordsDiff) -> Iterator[tuple[str, str, str]]:
+    """Return the figure of a run and old records."""
+    chosen = sorted(diff.signals, key=lambda one: one.agrees)[:_MAX_STRIPS]
+    figure = Figure(figsize=(_WIDE, 0.4 + 1.25 * len(chosen)), layout="constrained")
+    with style():
+        stack = np.atleast_1d(figure.subplots(max(len(chosen), 1)))
+        for axes, one in zip(stack, chosen, strict=False):
+            axes.set_title(one.name)
+            for number, values in enumerate((one.one, one.old)):
+                axes.plot(one.times, values, color=colour(number), linewidth=0.9, alpha=0.85)
+        yield "Signals", "Blue the run, red the old records, over their times.", svg(figure)
+
+
+def records_page(diff: RecordsDiff) -> str:
+    """Return the page of a run and old records."""
+    return _render("records.html.j2", diff=diff, figures=list(_records(diff)), words=report)
 
 
 def grid_page(diff: GridDiff) -> str:

@@ -1,0 +1,100 @@
+"""A run beside the CSV files of an older one."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from nrp_lab.comparison.old_records import RecordsDiff, is_records, tolerances_of
+
+from nrp_core.cli import app
+from nrp_core.errors import ExperimentError
+
+
+def write(path: Path, times: np.ndarray, **columns: np.ndarray) -> None:
+    path.parent.mkdir(exist_ok=True)
+    rows = zip(times.tolist(), *(each.tolist() for each in columns.values()), strict=True)
+    lines = [",".join(["time", *columns, "Simulation_reset"]), *(",".join(map(str, row)) for row in rows)]
+    path.write_text("\n".join(lines) + "\n")
+
+
+@pytest.fixture
+def both(tmp_path: Path) -> tuple[Path, Path]:
+    """A sine sampled every 20 ms, and an older one of 50 Hz less 1 ms, later and 0.01 larger."""
+    one, old = np.arange(0.0, 2.0, 0.02), np.arange(0.1, 2.5, 0.04)
+    write(tmp_path / "new" / "eye.csv", one, angle=np.sin(one), still=np.zeros(len(one)))
+    write(tmp_path / "old" / "eye.csv", old, angle=np.sin(old) + 0.01, still=np.zeros(len(old)))
+    return tmp_path / "new", tmp_path / "old"
+
+
+def test_each_column_is_compared_at_the_old_times_that_both_have(both: tuple[Path, Path]) -> None:
+    found = RecordsDiff.of(*both, {})
+    signals = {one.name: one for one in found.signals}
+    assert set(signals) == {"eye.csv/angle", "eye.csv/still"}
+    angle = signals["eye.csv/angle"]
+    assert (angle.times[0], angle.times[-1]) == (0.1, pytest.approx(1.94))
+    assert angle.largest == pytest.approx(0.01)
+    assert angle.rms == pytest.approx(0.01)
+    assert angle.tolerance == pytest.approx(0.05 * np.ptp(angle.old))
+    assert found.agrees
+    assert not RecordsDiff.of(*both, {"eye.csv/angle": 0.009}).agrees
+    assert RecordsDiff.of(*both, {"eye.csv": 0.011}).agrees
+
+
+def test_what_cannot_be_compared_is_named(both: tuple[Path, Path]) -> None:
+    (both[1] / "arm.csv").write_text("time,x\n0,1\n")
+    found = RecordsDiff.of(*both, {})
+    assert not found.agrees
+    assert any("arm.csv" in reason for reason in found.missing)
+    with pytest.raises(ExperimentError, match="angel"):
+        RecordsDiff.of(*both, {"eye.csv/angel": 1.0})
+    with pytest.raises(ExperimentError):
+        RecordsDiff.of(both[0] / "none", both[1], {})
+
+
+@given(
+    st.lists(st.sampled_from([0.0, 0.1, 0.2, 0.3]), min_size=2, max_size=20),
+    st.lists(st.sampled_from([0.0, 0.1, 0.2, 0.3]), min_size=2, max_size=20),
+)
+def test_rows_of_equal_times_are_counted(
+    tmp_path_factory: pytest.TempPathFactory, one: list[float], old: list[float]
+) -> None:
+    folder = tmp_path_factory.mktemp("spikes")
+    write(folder / "one" / "s.csv", np.array([*one, one[0]]), cell=np.zeros(len(one) + 1))
+    write(folder / "old" / "s.csv", np.array([*old, old[0]]), cell=np.zeros(len(old) + 1))
+    (rows,) = RecordsDiff.of(folder / "one", folder / "old", {}).signals
+    assert rows.name == "s.csv/rows"
+    for t, a, b in zip(rows.times, rows.one, rows.old, strict=True):
+        assert a == sum(each <= t for each in [*one, one[0]])
+        assert b == sum(each <= t for each in [*old, old[0]])
+
+
+def test_the_command_reports_in_a_page_and_its_exit_code(
+    both: tuple[Path, Path], tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    paths = list(map(str, both))
+    page = tmp_path / "page.html"
+    assert app.run_app(["diff", *paths, "--html", str(page), "--json"]) == 0
+    assert json.loads(capfd.readouterr().out)["signals"]["eye.csv/angle"]["agrees"] is True
+    assert "<svg" in page.read_text()
+    assert app.run_app(["diff", *paths, "--margin", "eye.csv/angle=0.001"]) == 1
+    assert app.run_app(["diff", paths[0] + "/eye.csv", paths[1] + "/eye.csv"]) == 0
+    assert app.run_app(["diff", *paths, "--seeds", "3"]) == 2
+    assert app.run_app(["diff", *paths, "--margin", "eye.csv"]) == 2
+
+
+def test_recordings_are_no_old_records(tmp_path: Path) -> None:
+    (tmp_path / "csv").mkdir()
+    assert not is_records(tmp_path / "csv")
+    (tmp_path / "csv" / "a.csv").write_text("t\n0\n")
+    assert is_records(tmp_path / "csv")
+    assert is_records(tmp_path / "csv" / "a.csv")
+    (tmp_path / "csv" / "run.json").write_text("{}")
+    assert not is_records(tmp_path / "csv")
+    for wrong in ("eye.csv", "=1", "eye.csv=-1", "eye.csv=wide"):
+        with pytest.raises(ValueError, match="FILE"):
+            tolerances_of([wrong])
