@@ -295,7 +295,11 @@ def test_a_run_is_stopped_only_when_its_files_are_written(
     simulation.start()
     while simulation.get_state() != "stopped":
         pass
-    assert (corpus / "p3dx_2018" / "csv" / "run_0" / "spikes.csv").read_text().startswith("id,time\n")
+    assert (
+        (corpus / "p3dx_2018" / "csv" / "run_0" / "spikes.csv")
+        .read_text()
+        .startswith("id,time,Simulation_reset\n")
+    )
 
 
 def test_a_callback_that_fails_does_not_end_the_run(

@@ -181,7 +181,11 @@ def test_a_script_that_ends_early_ends_its_simulation(ran: Ran, warm: Path, corp
         from hbp_nrp_virtual_coach.virtual_coach import VirtualCoach
         VirtualCoach().launch_experiment('p3dx_2018').start()"""
     ran(warm / "python", "-c", script, NRP_SET="duration=600s", NRP_PACE="realtime")
-    assert (corpus / "p3dx_2018" / "csv" / "run_0" / "spikes.csv").read_text().startswith("id,time\n")
+    assert (
+        (corpus / "p3dx_2018" / "csv" / "run_0" / "spikes.csv")
+        .read_text()
+        .startswith("id,time,Simulation_reset\n")
+    )
 
 
 SERVED = """

@@ -103,13 +103,13 @@ class BrainEdits(Functions):
             raise ExperimentError("the brain is not a script", path=path)
         return Source.of_file(path).text
 
-    def edit_brain(self, source: str) -> None:
+    def edit_brain(self, brain_script: str) -> None:
         """Build another brain; the simulation begins again at time 0 with the transfer functions that it has.
 
         Raises:
             NrpError: the brain cannot be built; the simulation restarts with its previous brain.
         """
-        self._rebuild(self._draft("brain.py", source), self._populations)
+        self._rebuild(self._draft("brain.py", brain_script), self._populations)
 
     def get_populations(self) -> dict[str, Selection]:
         """Return the neurons of each population, as places in the brain's circuit."""

@@ -91,43 +91,46 @@ class Functions(Live):
         for name in self._names():
             print(name)
 
-    def get_transfer_function(self, name: str) -> str:
+    def get_transfer_function(self, transfer_function_name: str) -> str:
         """Return the source of a transfer function, imports included.
 
         Raises:
             ExperimentError: it does not exist, or it is not written in Python.
         """
-        self._require(name)
-        if name not in self._sources:
-            raise ExperimentError(f"transfer function '{name}' is not written in Python", subject=name)
-        return self._sources[name].text
+        self._require(transfer_function_name)
+        if transfer_function_name not in self._sources:
+            raise ExperimentError(
+                f"transfer function '{transfer_function_name}' is not written in Python",
+                subject=transfer_function_name,
+            )
+        return self._sources[transfer_function_name].text
 
-    def edit_transfer_function(self, name: str, source: str) -> None:
+    def edit_transfer_function(self, transfer_function_name: str, transfer_function: str) -> None:
         """Replace a transfer function between two steps; if the source is wrong, nothing changes.
 
         Raises:
             ExperimentError: it does not exist, or the source is wrong.
         """
-        self._require(name)
-        self._exchange(name, source)
+        self._require(transfer_function_name)
+        self._exchange(transfer_function_name, transfer_function)
 
-    def add_transfer_function(self, source: str) -> None:
+    def add_transfer_function(self, transfer_function: str) -> None:
         """Add a transfer function between two steps.
 
         Raises:
             ExperimentError: the source is wrong, or a function of its name exists.
         """
-        self._exchange(None, source)
+        self._exchange(None, transfer_function)
 
-    def delete_transfer_function(self, name: str) -> None:
+    def delete_transfer_function(self, transfer_function_name: str) -> None:
         """Delete a transfer function between two steps.
 
         Raises:
             ExperimentError: it does not exist.
         """
-        self._require(name)
-        self._runner.call(lambda run: run.change(remove=[name]))
-        self._sources.pop(name, None)
+        self._require(transfer_function_name)
+        self._runner.call(lambda run: run.change(remove=[transfer_function_name]))
+        self._sources.pop(transfer_function_name, None)
 
     def save_transfer_functions(self) -> None:
         """Write changed transfer functions into the files of the experiment.

@@ -44,14 +44,14 @@ class Records(Live):
         """
         return list(csv.reader(StringIO(self.get_csv_last_run_file(name))))
 
-    def get_csv_last_run_file(self, name: str) -> str:
+    def get_csv_last_run_file(self, file_name: str) -> str:
         """Return the text of a CSV file, with all that has been recorded.
 
         Raises:
             ExperimentError: the file does not exist.
         """
         self.save_csv()
-        return csv_text(self._records, name)
+        return csv_contents(self._records, file_name).decode()
 
     def start_recording(self) -> None:
         """Record the run from now on.
@@ -115,8 +115,8 @@ def csv_names(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.glob("*.csv"))
 
 
-def csv_text(folder: Path, name: str) -> str:
-    """Return the text of a CSV file of a run.
+def csv_contents(folder: Path, name: str) -> bytes:
+    """Return the contents of a CSV file of a run.
 
     Raises:
         ExperimentError: the file does not exist.
@@ -126,4 +126,4 @@ def csv_text(folder: Path, name: str) -> str:
         raise ExperimentError(
             f"the run does not have a file '{name}'{did_you_mean(name, names)}", subject=name
         )
-    return (folder / name).read_text(encoding="utf-8")
+    return (folder / name).read_bytes()

@@ -5,16 +5,17 @@ Its ``rospy`` is connected to each simulation that it launches in turn.
 
 from __future__ import annotations
 
+import json
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar
 
-from nrp_legacy.code import compiled_file
+from nrp_legacy.code import Source, compiled_file, ignore_note
 from nrp_legacy.files import Library
 from nrp_legacy.maker import ShimmedMaker
 from nrp_legacy.shims.graph import Attendant, Graph
@@ -141,14 +142,30 @@ def run_script(path: Path) -> ModuleType:
     services = ScriptServices(graph)
     connected = [graph.begin, services.begin]
     Simulation.on_launch.extend(connected)
+    newer = _newer_names()
+    sys.modules.update(newer)  # also for modules beyond the folder of the script
     try:
-        return _scope(graph, services, path).run(path, name="__main__", code=compiled_file(path))
+        code = Source(_code_of(path), path).compiled(ignore_note)
+        return _scope(graph, services, path, newer).run(path, name="__main__", code=code)
     finally:
+        for name in newer:
+            sys.modules.pop(name, None)
         for begin in connected:
             Simulation.on_launch.remove(begin)
 
 
-def _scope(graph: ScriptGraph, services: ScriptServices, path: Path) -> Scope:
+def _code_of(path: Path) -> str:
+    """Return the code of a script; of a notebook that of its cells, without commands of IPython."""
+    text = Source.of_file(path).text
+    if path.suffix != ".ipynb":
+        return text
+    cells = ("".join(one["source"]) for one in json.loads(text)["cells"] if one["cell_type"] == "code")
+    return "\n".join("" if line[:1] in ("%", "!") else line for cell in cells for line in cell.split("\n"))
+
+
+def _scope(
+    graph: ScriptGraph, services: ScriptServices, path: Path, newer: Mapping[str, ModuleType]
+) -> Scope:
     library = Library(path.parent)
     known = {
         **old_libraries(library.environment(), time.sleep, 0, sys.path, Paths(library)),
@@ -159,7 +176,7 @@ def _scope(graph: ScriptGraph, services: ScriptServices, path: Path) -> Scope:
         "cv_bridge": cv_bridge_module(),
         "tf": tf_module(),
         "tf.transformations": transformations_module(),
-        **_newer_names(),
+        **newer,
     }
     roots = {name.partition(".")[0] for name in known}
     return Scope(roots, known.get, (), None, compiled_file)
@@ -171,4 +188,5 @@ def _newer_names() -> dict[str, ModuleType]:
         return {}
     simulation = module("pynrp.simulation", Simulation=Simulation)
     coach = module("pynrp.virtual_coach", VirtualCoach=VirtualCoach, Simulation=Simulation)
-    return {one.__name__: one for one in (simulation, coach)}
+    package = module("pynrp", simulation=simulation, virtual_coach=coach)
+    return {one.__name__: one for one in (package, simulation, coach)}

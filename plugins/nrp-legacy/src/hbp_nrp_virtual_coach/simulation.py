@@ -23,39 +23,42 @@ class StateMachineEdits(Live):
         for name in self._machines():
             print(name)
 
-    def get_state_machine(self, name: str) -> str:
+    def get_state_machine(self, state_machine_name: str) -> str:
         """Return the source of a state machine.
 
         Raises:
             ExperimentError: it does not exist.
         """
-        return Source.of_file(self._machine(name)).text
+        return Source.of_file(self._machine(state_machine_name)).text
 
-    def edit_state_machine(self, name: str, source: str) -> None:
+    def edit_state_machine(self, state_machine_name: str, state_machine: str) -> None:
         """End a state machine and begin the new one, between two steps.
 
         Raises:
             ExperimentError: it does not exist, or the source is not Python.
         """
-        self._exchange_machine(self._machine(name), name, source)
+        self._exchange_machine(self._machine(state_machine_name), state_machine_name, state_machine)
 
-    def add_state_machine(self, name: str, source: str) -> None:
+    def add_state_machine(self, state_machine_name: str, state_machine: str) -> None:
         """Begin another state machine between two steps.
 
         Raises:
             ExperimentError: one of this name exists, or the source is not Python.
         """
-        if Path(name).stem in self._machines():
-            raise ExperimentError(f"there is a state machine '{name}' already; edit it", subject=name)
-        self._exchange_machine(None, name, source)
+        if Path(state_machine_name).stem in self._machines():
+            raise ExperimentError(
+                f"there is a state machine '{state_machine_name}' already; edit it",
+                subject=state_machine_name,
+            )
+        self._exchange_machine(None, state_machine_name, state_machine)
 
-    def delete_state_machine(self, name: str) -> None:
+    def delete_state_machine(self, state_machine_name: str) -> None:
         """End a state machine.
 
         Raises:
             ExperimentError: it does not exist.
         """
-        path = self._machine(name)
+        path = self._machine(state_machine_name)
         self._runner.call(lambda run: _maker(run).playing.exchange(path, None))
 
     def save_state_machines(self) -> None:
