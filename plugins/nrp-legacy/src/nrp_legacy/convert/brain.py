@@ -22,7 +22,7 @@ from nrp_core.experiment import network_from
 from nrp_core.network.picking import CIRCUIT
 from nrp_legacy.brains import NotedNetwork, load_script
 from nrp_legacy.code import Source, without_deprecation_warnings
-from nrp_legacy.convert.python import Edits, modern
+from nrp_legacy.convert.python import Edits, Place, modern, reliance
 
 _LONGEST_NAME = 200
 
@@ -143,14 +143,26 @@ def write_brain(
                 changes = write(path, folder, (path.parent, *beside))
                 if _is_same(load(folder / SCRIPT, seed, populations), plain):
                     return Brain(section, need and f"{path.name}: {need}", changes)
-                need = "builds a different network without the platform's modules"
+                need = f"builds a different network without the platform's modules{_cause(path)}"
             except (SyntaxError, NrpError) as error:
-                need = getattr(error, "message", "") or str(error)
+                line = getattr(error, "line", None) or getattr(error, "lineno", None)
+                need = (getattr(error, "message", "") or str(error)) + (
+                    f" ({path.name}:{line})" if line else ""
+                )
         (folder / SCRIPT).unlink(missing_ok=True)
     save_network(plain, folder / NETWORK, overwrite=True)
     lost = [f"{path.name}: time-dependent currents cannot be part of a network file: left out"]
     written = f"{path.name} was replaced by its network, {NETWORK}"
     return Brain({"model": NETWORK}, "", (*(lost if _flows(network) else ()), written))
+
+
+def _cause(path: Path) -> str:
+    """Return the first use of the platform's modules in a script, empty if none was found."""
+    source = Source.of_file(path)
+    text, _ = modern(source)
+    with without_deprecation_warnings():
+        relied, line = reliance(ast.parse(text))
+    return f": {relied}{Place(source, text).of(line)}" if relied else ""
 
 
 def _flows(network: Network) -> bool:

@@ -41,21 +41,25 @@ _SIZES = frozenset({"range", "xrange", "zeros", "ones", "empty", "full", "reshap
 """Functions that take whole numbers only."""
 
 
-def reliance(tree: ast.Module) -> str:
-    """Return the platform feature that code relies on, empty for none."""
+Use = tuple[str, int]
+"""A feature of the platform that code relies on, and the line."""
+
+
+def reliance(tree: ast.Module) -> Use:
+    """Return the first use of a platform feature that code relies on, empty for none."""
     found = (*_old_libraries(tree), *_whole_quotients(tree), *_tuples(tree), *_lists(tree))
-    return next(iter(found), "")
+    return next(iter(found), ("", 0))
 
 
 # -- libraries
 
 
-def _old_libraries(tree: ast.Module) -> Iterator[str]:
+def _old_libraries(tree: ast.Module) -> Iterator[Use]:
     """Yield uses of library parts that differ from today's, or that are seeded on the platform."""
     old = old_libraries({}, lambda _seconds: None, 0, [], Paths(Library(Path())))
     modules = dict(_GIVEN)
-    for module, name, bound in _imports(tree):
-        yield from _differing(old, module, [name] if name else [])
+    for line, module, name, bound in _imports(tree):
+        yield from _differing(old, module, [name] if name else [], line)
         if not name:
             modules[bound or module.partition(".")[0]] = module if bound else module.partition(".")[0]
         elif f"{module}.{name}" in old:
@@ -64,18 +68,18 @@ def _old_libraries(tree: ast.Module) -> Iterator[str]:
     for node in ast.walk(tree):
         root, parts = _chain(node)
         if root in modules and node not in beside:
-            yield from _differing(old, modules[root], parts)
+            yield from _differing(old, modules[root], parts, node.lineno)  # type: ignore[attr-defined]
         elif isinstance(node, ast.Name) and node.id in _OPENING and node not in beside:
-            yield f"{node.id}() with files outside the experiment"
+            yield f"{node.id}() with files outside the experiment", node.lineno
 
 
-def _imports(tree: ast.Module) -> Iterator[tuple[str, str, str | None]]:
-    """Yield imports: the module, the imported name (empty: the module itself), and the local name."""
+def _imports(tree: ast.Module) -> Iterator[tuple[int, str, str, str | None]]:
+    """Yield imports: line, module, imported name (empty: the module itself), and local name."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            yield from ((alias.name, "", alias.asname) for alias in node.names)
+            yield from ((node.lineno, alias.name, "", alias.asname) for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module is not None:
-            yield from ((node.module, alias.name, alias.asname) for alias in node.names)
+            yield from ((node.lineno, node.module, alias.name, alias.asname) for alias in node.names)
 
 
 def _of_files_beside(tree: ast.Module) -> set[ast.expr]:
@@ -101,21 +105,21 @@ def _chain(node: ast.AST) -> tuple[str, list[str]]:
     return (node.id if isinstance(node, ast.Name) and parts else ""), parts
 
 
-def _differing(old: dict[str, ModuleType], name: str, parts: list[str]) -> Iterator[str]:
+def _differing(old: dict[str, ModuleType], name: str, parts: list[str], line: int) -> Iterator[Use]:
     """Yield the dotted name of a function that differs from the platform's."""
     there: Any = old.get(name)
     if there is None:
         return
     here: Any = _module_here(name)
     if here is None:
-        yield name
+        yield name, line
         return
     for i, part in enumerate(parts):
         there, here = getattr(there, part, None), getattr(here, part, None)
-        if there is here:
+        if here in (there, getattr(there, "__wrapped__", None)):
             return
         if not isinstance(there, ModuleType) or not isinstance(here, ModuleType):
-            yield ".".join([name, *parts[: i + 1]])
+            yield ".".join([name, *parts[: i + 1]]), line
             return
 
 
@@ -129,7 +133,7 @@ def _module_here(name: str) -> ModuleType | None:
 # -- numbers
 
 
-def _whole_quotients(tree: ast.Module) -> Iterator[str]:
+def _whole_quotients(tree: ast.Module) -> Iterator[Use]:
     """Yield divisions whose result must be a whole number, as in Python 2."""
     names = {
         target.id
@@ -146,7 +150,7 @@ def _whole_quotients(tree: ast.Module) -> Iterator[str]:
         else:
             continue
         if any(_divides(place, frozenset(names)) for place in places):
-            yield f"a quotient as a whole number, line {node.lineno}"
+            yield "a quotient as a whole number", node.lineno
 
 
 def _divides(place: ast.expr, names: frozenset[str]) -> bool:
@@ -167,15 +171,15 @@ def _called(node: ast.Call) -> str:
 # -- messages
 
 
-def _tuples(tree: ast.Module) -> Iterator[str]:
+def _tuples(tree: ast.Module) -> Iterator[Use]:
     """Yield uses of message fields as the tuples that they are on the platform."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Attribute) and node.attr in _OF_TUPLES and _is_array(node.value):
-            yield f"{ast.unparse(node)}, of a tuple"
+            yield f"{ast.unparse(node)}, of a tuple", node.lineno
         elif isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
             sides = (node.left, node.right)
             if any(map(_is_array, sides)) and any(isinstance(side, (ast.Tuple, ast.List)) for side in sides):
-                yield f"{ast.unparse(node)}, of tuples"
+                yield f"{ast.unparse(node)}, of tuples", node.lineno
 
 
 def _is_array(node: ast.expr) -> bool:
@@ -185,7 +189,7 @@ def _is_array(node: ast.expr) -> bool:
 # -- lists
 
 
-def _lists(tree: ast.Module) -> Iterator[str]:
+def _lists(tree: ast.Module) -> Iterator[Use]:
     """Yield values that are used as a list but are not one in Python 3."""
     iterated: set[ast.expr] = set()
     for node in ast.walk(tree):
@@ -197,7 +201,7 @@ def _lists(tree: ast.Module) -> Iterator[str]:
             iterated.update(node.comparators)
     for node in ast.walk(tree):
         if isinstance(node, ast.Call) and _called(node) in _LISTS and node not in iterated:
-            yield f"{_called(node)}() as a list, line {node.lineno}"
+            yield f"{_called(node)}() as a list", node.lineno
 
 
 @dataclass
@@ -316,8 +320,9 @@ def piece_of(source: Source, *, obstacle: str = "") -> Piece:
     text, changes = modern(source)
     with without_deprecation_warnings():
         tree = ast.parse(text)
-    relied = reliance(tree)
-    work = _Work(text, obstacle or (f"relies on {relied}" if relied else ""))
+    place = Place(source, text)
+    relied, at = reliance(tree)
+    work = _Work(text, obstacle or (f"relies on {relied}{place.of(at)}" if relied else ""), place)
     work.visit(tree)
     defines = frozenset(defined(tree))
     if work.obstacle:
@@ -357,9 +362,28 @@ def _outdated(text: str) -> bool:
         return bool(converted(text).changes)
 
 
+@dataclass(frozen=True, slots=True)
+class Place:
+    """The lines of code in its file.
+
+    Args:
+        source: the code.
+        text: the same as Python 3.
+    """
+
+    source: Source
+    text: str
+
+    def of(self, line: int) -> str:
+        """Return the file and line of a line of the text, empty if the text has other lines."""
+        if self.text.rstrip().count("\n") != self.source.text.rstrip().count("\n"):
+            return ""
+        return f" ({self.source.path.name}:{line + self.source.first_line - 1})"
+
+
 class _Work(ast.NodeVisitor):
-    def __init__(self, text: str, obstacle: str) -> None:
-        self.edits = Edits(text)
+    def __init__(self, text: str, obstacle: str, place: Place) -> None:
+        self.edits, self._place = Edits(text), place
         self.changes: list[str] = []
         self.obstacle = obstacle
 
@@ -369,7 +393,7 @@ class _Work(ast.NodeVisitor):
             if alias.name in FRAMEWORKS:
                 new += [f"{alias.asname} = nrp"] if alias.asname not in (None, "nrp") else []
             elif alias.name.partition(".")[0] not in _PACKAGES:
-                self._check(alias.name)
+                self._check(alias.name, node)
                 new.append(f"import {alias.name}" + (f" as {alias.asname}" if alias.asname else ""))
         self._imports(node, new)
 
@@ -378,7 +402,7 @@ class _Work(ast.NodeVisitor):
         if module == _LOGS:
             self._imports(node, [])
         elif module.partition(".")[0] not in _PACKAGES:
-            self._check(module)
+            self._check(module, node)
         elif module.endswith(".tf_lib"):
             self._imports(node, [_taken(alias, "nrp.tf_lib") for alias in node.names if alias.name != "*"])
         else:
@@ -392,7 +416,7 @@ class _Work(ast.NodeVisitor):
 
     def visit_Name(self, node: ast.Name) -> None:
         if node.id == "rospy":
-            self.obstacle = self.obstacle or "uses rospy"
+            self.obstacle = self.obstacle or f"uses rospy{self._place.of(node.lineno)}"
 
     def visit_Call(self, node: ast.Call) -> None:
         name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
@@ -427,9 +451,9 @@ class _Work(ast.NodeVisitor):
         indent = " " * getattr(node, "col_offset", 0)
         self.edits.replace(node, f"\n{indent}".join(new) if new or not indent else "pass")
 
-    def _check(self, module: str) -> None:
+    def _check(self, module: str, node: ast.stmt) -> None:
         if module.partition(".")[0] in _NOT_HERE:
-            self.obstacle = self.obstacle or f"imports {module}"
+            self.obstacle = self.obstacle or f"imports {module}{self._place.of(node.lineno)}"
 
 
 def _taken(alias: ast.alias, place: str) -> str:
