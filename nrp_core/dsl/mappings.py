@@ -165,7 +165,7 @@ def write_csv(functions: Iterable[TransferFunction], folder: Path) -> list[Path]
 
 
 def _text(recorder: CSVRecorder, *, with_headers: bool) -> str:
-    marked = any(row[-1:] == [RESET] for row in recorder.rows)
+    marked = RESET_HEADER not in recorder.headers and any(row[-1:] == [RESET] for row in recorder.rows)
     headers = [*recorder.headers, RESET_HEADER] if marked else recorder.headers
     text = StringIO()
     csv.writer(text, lineterminator="\n").writerows(

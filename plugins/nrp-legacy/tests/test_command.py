@@ -52,7 +52,7 @@ def test_records_go_with_a_recording(
     models, record = str(corpus / "models"), tmp_path / "recording"
     exc = corpus / "husky_2019" / "cart.exc"
     result_of(["run", str(exc), "--models", models, "--until", "0.05s", "--record", str(record)], capsys)
-    assert (record / "csv" / "spikes.csv").read_text().startswith("Time,Spikes\n0.0,")
+    assert (record / "csv" / "spikes.csv").read_text().startswith("Time,Spikes,Simulation_reset\n0.0,")
 
 
 def test_a_check_reports_what_is_missing_and_that_the_run_starts(

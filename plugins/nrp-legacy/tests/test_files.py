@@ -238,7 +238,7 @@ def test_an_experiment_runs_out_of_an_archive_and_its_records_stand_beside_it(
         assert "robot" in run.result().final_pose
         assert run.brain.network.size > 0
     assert rows == tmp_path / "downloaded" / "csv" / "rows.csv"
-    assert rows.read_text().split() == ["t", "0.0", "0.02"]
+    assert rows.read_text().split() == ["t,Simulation_reset", "0.0", "0.02"]
 
 
 def test_the_models_of_an_installation_are_found_by_its_variables(

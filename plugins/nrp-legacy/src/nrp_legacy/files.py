@@ -20,8 +20,8 @@ EMPTY_ROOM, NO_BRAIN = _STAND_INS / "empty_room.sdf", _STAND_INS / "no_brain.py"
 _SHELVES = ("", "robots", "brains", "environments", "bibi", "brain_model")
 """Folders of a model library in which its models stand."""
 _BRAINS = (".py", ".h5")
-_FORMATS = {".sdf": ".urdf", ".urdf": ".sdf"}
-"""Formats of robots and rooms, and the one in which another owner may have the same model."""
+_FORMATS = {".sdf": (".urdf", ".urdf.xacro", ".xacro"), ".urdf": (".sdf", ".urdf.xacro", ".xacro")}
+"""Formats of robots and rooms, and those in which another owner may have the same model."""
 _SHARED = ("model", "__init__")
 """Stems of files that every model or package has, so that they do not identify one."""
 _LEVELS = 3
@@ -151,8 +151,17 @@ class Library:
             names += [name, f"{name}/model.sdf", f"{name}/{Path(name).name}.sdf", f"{name}.sdf"]
             if name.endswith(".sdf"):
                 names += [f"{folder}.zip" for folder in (Path(name).parent.name, *named.folders) if folder]
-        found = self._main(names, named.folders, main) or self._in_other_format(named)
-        return found or self._by_name_alone(*names)
+            names += [name.removesuffix(".zip")] if name.endswith(".zip") else []
+        path = PurePosixPath(named.name)
+        others = [str(path.with_suffix(end)) for end in _FORMATS.get(path.suffix.lower(), ())]
+        found = self._main(names, named.folders, main)
+        found = found or self._found_elsewhere(named.name, self._first(others, named.folders))
+        return (
+            found
+            or self._by_name_alone(*names)
+            or self._by_name_alone(*others, meant=named.name)
+            or self._only_model(named.name)
+        )
 
     def find_brain(self, named: FileNamed) -> Path | None:
         """Return the file of a brain, unpacked if it is in an archive."""
@@ -170,13 +179,6 @@ class Library:
         places = (place for name in names for place in self._candidates(_plain(name), inner))
         folders = (place for place in places if place.is_dir() and place.resolve() not in self._tops)
         return next((file for folder in folders if (file := main(folder, folder.name))), None)
-
-    def _in_other_format(self, named: FileNamed) -> Path | None:
-        """Return ``model.urdf`` for ``model.sdf``, and the reverse."""
-        path = PurePosixPath(named.name)
-        other = _FORMATS.get(path.suffix.lower())
-        found = None if other is None else self._first([str(path.with_suffix(other))], named.folders)
-        return self._found_elsewhere(named.name, found)
 
     def _first(self, names: Iterable[str], folders: Sequence[str] = ()) -> Path | None:
         """Return the first file that exists.
@@ -227,8 +229,8 @@ class Library:
                     return path
         return None
 
-    def _by_name_alone(self, *names: str) -> Path | None:
-        """Return the file of one of these names, ignoring case and folders.
+    def _by_name_alone(self, *names: str, meant: str = "") -> Path | None:
+        """Return the file of one of these names, ignoring case and folders, for the name that is meant.
 
         The experiment, or else its libraries together, must have only one, or copies of one.
         """
@@ -238,8 +240,19 @@ class Library:
             own = [path for path in found if path.is_relative_to(self.folder)]
             copies = own or found
             if copies and _are_copies(copies):
-                return copies[0] if own and len(parts) == 1 else self._found_elsewhere(name, copies[0])
+                return (
+                    copies[0] if own and len(parts) == 1 else self._found_elsewhere(meant or name, copies[0])
+                )
         return None
+
+    def _only_model(self, name: str) -> Path | None:
+        """Return the only ``model.sdf`` of the experiment for one in a folder of a similar name."""
+        *_, folder, file = ("", *_parts(name))
+        own = [path for path in self._files_named(file) if path.is_relative_to(self.folder)]
+        if not folder or len(own) != 1:
+            return None
+        ends = sorted((folder.lower(), own[0].parent.name.lower()), key=len)
+        return self._found_elsewhere(name, own[0]) if ends[1].startswith(ends[0]) else None
 
     def _found_elsewhere(self, name: str, path: Path | None) -> Path | None:
         if path is not None:

@@ -13,7 +13,7 @@ from dataclasses import replace
 from functools import cache, partial
 from math import inf
 from types import ModuleType
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, NoReturn
 from weakref import WeakSet
 
 import numpy as np
@@ -23,7 +23,7 @@ from nrp_pynest.models import valid_recovery_ms
 from nrp_core import dsl
 from nrp_core.brain import Brain as RunningBrain
 from nrp_core.brain import Network
-from nrp_core.clock import from_milliseconds
+from nrp_core.clock import NS_PER_S, from_milliseconds
 from nrp_core.dsl import (
     Binding,
     CurrentGenerator,
@@ -41,6 +41,9 @@ from nrp_core.dsl import (
     evaluate,
 )
 from nrp_core.dsl import brain as any_brain
+from nrp_core.dsl.calls import Throttle
+from nrp_core.dsl.mappings import RESET_HEADER
+from nrp_core.errors import CapabilityError
 from nrp_core.findings import Code
 from nrp_legacy.code import Notes
 from nrp_legacy.live.cells import Cells
@@ -368,6 +371,37 @@ def _calls(triggers: Any) -> Literal["once", "each"]:
     return "once" if triggers in (None, dsl.TIME) else "each"
 
 
+def no_retina(*_values: Any, **_options: Any) -> NoReturn:
+    """Refuse a retina."""
+    raise CapabilityError("nrp.MapRetina: the platform's simulator of retinas is not supported")
+
+
+class CSVRecords(dsl.MapCSVRecorder):
+    """A recorder whose file has a column for resets, as on the platform."""
+
+    def __init__(self, key: str, filename: str, headers: Any, *values: Any, **more: Any) -> None:
+        super().__init__(key, filename, [*headers, RESET_HEADER], *values, **more)
+
+
+class Pauses(Throttle):
+    """Admits a run when the period of a rate has passed since the last one, as the platform did."""
+
+    def admits(self, t_ns: int) -> bool:
+        if self.rate_hz is not None and self._last >= 0 and t_ns < self._last + NS_PER_S / self.rate_hz:
+            return False
+        self._last = t_ns
+        return True
+
+
+class _Pausing:
+    """Gives functions the throttling of the platform."""
+
+    def _make(self, function: Callable[..., Any]) -> dsl.TransferFunction:
+        made: dsl.TransferFunction = super()._make(function)  # type: ignore[misc]
+        made.throttle = Pauses(made.throttle.rate_hz)
+        return made
+
+
 def framework(
     notes: Notes,
     noted_late: Notes | None = None,
@@ -415,24 +449,27 @@ def framework(
             variable.begin_with(initial)
             return variable
 
-    class Robot2Neuron(dsl.Robot2Neuron):
+    class Robot2Neuron(_Pausing, dsl.Robot2Neuron):
         def __init__(self, triggers: Any = None, rate: Any = None, **more: Any) -> None:
             super().__init__(triggers, more.pop("throttling_rate", rate), calls=_calls(triggers), **more)
 
-    class Neuron2Robot(dsl.Neuron2Robot):
+    class Neuron2Robot(_Pausing, dsl.Neuron2Robot):
         def __init__(self, to: Any = None, triggers: Any = None, rate: Any = None, **more: Any) -> None:
             to, rate = more.pop("robot_topic", to), more.pop("throttling_rate", rate)
             super().__init__(to, triggers, rate, calls=_calls(triggers), **more)
 
     brain = Brain(brain_root)
     own = {name: getattr(dsl, name) for name in dsl.__all__}
-    own_kinds = (MapSpikeSink, MapSpikeSource, MapRobotSubscriber, MapRobotPublisher, MapVariable)
+    own_kinds = (
+        MapSpikeSink, MapSpikeSource, MapRobotSubscriber, MapRobotPublisher, MapVariable,
+    )  # fmt: skip
     return module(
         "hbp_nrp_cle.tf_framework",
         **{
             **own,
             **device_kinds(noted_late or notes, nest_units=nest_units),
             **{kind.__name__: kind for kind in (*own_kinds, Robot2Neuron, Neuron2Robot)},
+            "MapRetina": no_retina, "MapCSVRecorder": CSVRecords,
             "Topic": topic, "resolve": partial(resolve, brain), "brain": brain,
             "raw_signal": Unavailable("raw_signal"),
             "config": module("config", brain_root=brain_root, brain_source=None, active_node=None),

@@ -32,7 +32,7 @@ from nrp_legacy.functions import code_of, load, sources_of
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.python2_builtins import quotient
 from nrp_legacy.robot_watch import RobotWatch
-from nrp_legacy.robots import with_sliding_base
+from nrp_legacy.robots import out_of_floor, with_sliding_base
 from nrp_legacy.shims.times import CLOCK, declare_clock, publish_clock
 from nrp_legacy.state_machines import StateMachines
 from nrp_legacy.topics import SharedTopics, find_alias, plain_name, redirect_topics, with_commanded_joints
@@ -80,6 +80,7 @@ class ShimmedMaker(Maker, Participant[Run], ABC):
         self._network: Network | None = None
         self._texts: list[str] = []
         self.shared_topics = SharedTopics()
+        self._room = Scene(())
         self.names = self._namespace()
 
     @property
@@ -88,12 +89,14 @@ class ShimmedMaker(Maker, Participant[Run], ABC):
 
     def room(self, experiment: Experiment) -> Scene:
         self.shared_topics = SharedTopics()
-        return self.shared_topics.in_room(super().room(experiment))
+        self._room = self.shared_topics.in_room(super().room(experiment))
+        return self._room
 
     def robot(self, experiment: Experiment, name: str) -> Model:
         others = experiment.world.robots.keys() - {name}
         sources = list(self.codes(experiment))
-        model = with_commanded_joints(super().robot(experiment, name), sources, others)
+        model = out_of_floor(super().robot(experiment, name), self._room)
+        model = with_commanded_joints(model, sources, others)
         return self.shared_topics.in_model(with_sliding_base(model, sources, others))
 
     def codes(self, experiment: Experiment) -> Iterator[str]:

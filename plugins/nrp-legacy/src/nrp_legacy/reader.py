@@ -10,6 +10,9 @@ from math import ceil
 from pathlib import Path, PurePosixPath
 from typing import Any, TypeVar
 
+from nrp_pynest.cerebellum import CEREBELLAR
+from nrp_pynest.equations import EQUATIONS
+
 from nrp_core.clock import NS_PER_MS, NS_PER_S, from_milliseconds
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment import Experiment, Place, Tree, experiment_of, overridden
@@ -17,6 +20,7 @@ from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
 from nrp_core.paths import MissingFileError, existing_folder
 from nrp_core.xml import Element
 from nrp_legacy import documents
+from nrp_legacy.code import Source
 from nrp_legacy.document_checks import check_documents
 from nrp_legacy.documents import local, milliseconds_of, pose_of, seconds_of
 from nrp_legacy.files import EMPTY_ROOM, NO_BRAIN, Library, installed_models, models_beside
@@ -31,6 +35,7 @@ TIMESTEP_MS = 20.0
 WORLD_STEP_NS = 2 * NS_PER_MS
 """Step of the worlds here, unless an experiment sets it."""
 
+_IN_EQUATIONS = (*CEREBELLAR, *EQUATIONS)
 _PLAIN_ROOM = "empty_world"
 """A room of the platform that has only a floor and a sun."""
 _LIGHT = re.compile(r"<light\b|model://sun\b")
@@ -158,7 +163,20 @@ class _Reading:
             )
         backend = "spinnaker" if "spinnaker" in self._bibi.mode.lower() else "event"
         model = found or NO_BRAIN
-        return self._tree({"backend": backend, "model": str(model)}, brain.element if brain else None)
+        content = {
+            "backend": backend,
+            "model": str(model),
+            **(self._grid(model) if backend == "event" else {}),
+        }
+        return self._tree(content, brain.element if brain else None)
+
+    def _grid(self, model: Path) -> dict[str, Any]:
+        """Return the time grid for a script with cells that only exist as equations."""
+        chosen = [one.partition("=")[2].strip() for one in self._overrides if one.startswith("brain.backend")]
+        if model.suffix != ".py" or chosen[-1:] not in ([], ["event"]):
+            return {}
+        text = Source.of_file(model).text
+        return {"options": {"resolution": "0.1 ms"}} if any(name in text for name in _IN_EQUATIONS) else {}
 
     def _world(self, timestep_ns: int) -> Tree:
         environment = self._exc.environment

@@ -12,11 +12,15 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 from typing import Literal
 
+from nrp_core.brain import FloatArray
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.messages.base import resolve_name
 from nrp_core.scene.merged_bodies import bodies_of
+from nrp_core.scene.model import Plane
+from nrp_core.scene.posture import at_start
 from nrp_core.scene.reading.context import Element, Reading
+from nrp_core.scene.tessellation import box_around
 from nrp_core.world import (
     Actuators,
     Joint,
@@ -27,6 +31,7 @@ from nrp_core.world import (
     PairController,
     Pid,
     PlanarMove,
+    Scene,
 )
 from nrp_core.world.drives.drive import driven_root
 
@@ -113,6 +118,46 @@ def _posture(joint: Joint) -> float:
 
 def _topic(joint: str, end: str, reading: Reading) -> str:
     return resolve_name(f"{joint}/{end}", reading.robot)
+
+
+_DEEP_M = 0.01
+"""The depth in the floor from which a robot is lifted: engines push a body apart from it with force."""
+
+
+def out_of_floor(model: Model, room: Scene) -> Model:
+    """Return a robot at a height at which it is not in the floor: the highest surface below its origin."""
+    box = _reach(at_start(model))
+    if box is None or model.static or any(joint.parent == "world" for joint in model.joints):
+        return model
+    x, y, z = model.pose.position
+    low = float(box[0][2])
+    deep = max((top for top in _surfaces(room, x, y) if top <= z + _DEEP_M), default=low) - low
+    if deep <= _DEEP_M:
+        return model
+    message = f"'{model.name}' stands {deep:.2g} m in the floor: it is lifted"
+    lifted = Finding(Code.NRP204, message, Level.WARNING, subject=model.name)
+    pose = replace(model.pose, position=(x, y, z + deep))
+    return replace(model, pose=pose, warnings=(*model.warnings, lifted))
+
+
+def _surfaces(room: Scene, x: float, y: float) -> Iterator[float]:
+    """Yield the heights of the tops of all fixed shapes at a place, m."""
+    for model in room.models:
+        for link in model.links if model.static else ():
+            for each in link.collisions:
+                pose = model.pose @ link.pose @ each.pose
+                if isinstance(each.geometry, Plane):
+                    yield pose.position[2]
+                elif (box := box_around([(pose, each.geometry)])) is not None:
+                    (left, front, _), (right, back, top) = box
+                    if left <= x <= right and front <= y <= back:
+                        yield float(top)
+
+
+def _reach(model: Model) -> tuple[FloatArray, FloatArray] | None:
+    """Return the corners of the box around the collisions of a model, m."""
+    shapes = ((link.pose @ each.pose, each.geometry) for link in model.links for each in link.collisions)
+    return box_around((model.pose @ pose, geometry) for pose, geometry in shapes)
 
 
 _GRAVITY = 9.8

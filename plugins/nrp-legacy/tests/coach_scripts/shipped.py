@@ -10,4 +10,4 @@ with open("spikes.py") as f:
 sim.start()
 while sim.get_state() != "stopped":
     time.sleep(0.1)
-print(vc.get_last_run_file("braitenberg_husky/no_red", "csv", "all_spikes.csv"), end="")
+print(vc.get_last_run_file("braitenberg_husky/no_red", "csv", "all_spikes.csv").decode(), end="")

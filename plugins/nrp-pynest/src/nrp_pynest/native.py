@@ -12,6 +12,7 @@ from pyNN.parameters import LazyArray
 from nrp_core.errors import CapabilityError, did_you_mean
 from nrp_core.network.nest_models import LEAK_NS
 from nrp_core.network.synapses import STDP, TSODYKS_MARKRAM
+from nrp_pynest.cerebellum import CEREBELLAR, cerebellar_cell
 from nrp_pynest.kernel import Kernel
 from nrp_pynest.models import PARROT, STANDARD, defaults_of
 
@@ -83,8 +84,11 @@ def native_cell(sim: ModuleType, name: str, kernel: Kernel) -> type:
         CapabilityError: there is none.
     """
     original, defaults = kernel.copies.get(name, (name, {}))
+    if original in CEREBELLAR:
+        return cerebellar_cell(sim, original)
     if original not in STANDARD:
-        raise CapabilityError(f"NEST's cell type '{name}' is not supported{did_you_mean(name, STANDARD)}")
+        hint = did_you_mean(name, [*STANDARD, *CEREBELLAR])
+        raise CapabilityError(f"NEST's cell type '{name}' is not supported{hint}")
     model, base = STANDARD[original], getattr(sim, STANDARD[original].cell_type)
 
     def begin(self: Any, **given: Any) -> None:

@@ -30,7 +30,7 @@ from nrp_core.experiment import (
     prepare,
     read_yaml,
 )
-from nrp_core.world import JointController, Mesh, Scene, TrajectoryController
+from nrp_core.world import JointController, Mesh, Model, Scene, TrajectoryController
 from nrp_legacy.code import Source, ignore_note
 from nrp_legacy.convert.brain import copy_neighbours, links_to_elsewhere, write_brain
 from nrp_legacy.convert.functions import Functions, write_texts
@@ -343,17 +343,24 @@ class _Import:
         scene = models.copy(world.scene)
         for name, robot in world.robots.items():
             robots[name] = {"model": models.copy(robot.model)}
+            plain = Maker().robot(self._experiment, name)
+            model = next((one for one in self._scene.models if one.name == name), None)
             if robot.pose is not None:
-                robots[name]["pose"] = list(robot.pose)
-            self._commanded(name, self._folder / robots[name]["model"])
+                lift = 0.0 if model is None else model.pose.position[2] - plain.pose.position[2]
+                x, y, z, *turns = robot.pose
+                robots[name]["pose"] = [x, y, z + lift, *turns]
+            if model is not None:
+                self._commanded(model, plain, self._folder / robots[name]["model"])
         return {"scene": scene, **({"robots": robots} if robots else {})}
 
-    def _commanded(self, name: str, path: Path) -> None:
-        """Add the controllers that were inferred from commands to the file of a robot."""
-        model = next((one for one in self._scene.models if one.name == name), None)
-        if model is None:
-            return
-        robot = Maker().robot(self._experiment, name)
+    def _commanded(self, model: Model, robot: Model, path: Path) -> None:
+        """Add the controllers that were inferred from commands to the file of a robot.
+
+        Args:
+            model: the robot as it takes part.
+            robot: the robot as its file describes it.
+            path: the file.
+        """
         of_file = {(one.joint, one.kind) for one in robot.controllers}
         topics = {one.command_topic for one in robot.trajectory_controllers}
         commanded = [one for one in model.controllers if one.initial is None]

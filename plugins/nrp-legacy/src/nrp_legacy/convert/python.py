@@ -116,7 +116,7 @@ def _differing(old: dict[str, ModuleType], name: str, parts: list[str], line: in
         return
     for i, part in enumerate(parts):
         there, here = getattr(there, part, None), getattr(here, part, None)
-        if here in (there, getattr(there, "__wrapped__", None)):
+        if here is there or here is getattr(there, "__wrapped__", there):
             return
         if not isinstance(there, ModuleType) or not isinstance(here, ModuleType):
             yield ".".join([name, *parts[: i + 1]]), line

@@ -10,7 +10,7 @@ from nrp_pynest.built import BuiltBrain
 
 from nrp_core.brain import FloatArray, IntArray
 from nrp_core.dsl import Selection, Selector
-from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 
 State = tuple[str, FloatArray, FloatArray]
 """A variable, times (ms), and values of shape ``(n, n_cells)``."""
@@ -175,6 +175,16 @@ class Cells(Selector):
             given = {old[0]: old[1]} if isinstance(old[0], str) else dict(old[0])
             parameters = {**given, **parameters}
         self._built.set_parameters(self._ids, parameters)
+
+    def initialize(self, *_values: Any, **_variables: Any) -> None:
+        """Refuse to change state variables.
+
+        Raises:
+            CapabilityError: always.
+        """
+        raise CapabilityError(
+            f"{self._text}.initialize() sets the state at time 0, so only the brain file can call it"
+        )
 
     def rset(self, name: str, values: Any) -> None:
         """Set an individual value of a parameter for each."""

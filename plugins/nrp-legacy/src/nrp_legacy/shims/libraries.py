@@ -11,7 +11,7 @@ import pickle
 import random
 import string
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import partial, reduce
+from functools import partial, reduce, wraps
 from importlib import import_module
 from importlib.util import find_spec
 from numbers import Integral
@@ -48,6 +48,19 @@ _SCIPY_NAMES: Mapping[str, Mapping[str, str]] = {
 }
 
 
+_SAMPLES = ("linspace", "logspace", "geomspace")
+
+
+def _with_whole_number(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function whose number of samples may be a float, as up to NumPy 1.17."""
+
+    @wraps(function)
+    def samples(start: Any, stop: Any, num: Any = 50, *values: Any, **options: Any) -> Any:
+        return function(start, stop, int(num), *values, **options)
+
+    return samples
+
+
 def old_numpy(own: Mapping[str, Any] | None = None, paths: Paths | None = None) -> ModuleType:
     """Return NumPy with the names of version 1 too.
 
@@ -60,6 +73,7 @@ def old_numpy(own: Mapping[str, Any] | None = None, paths: Paths | None = None) 
         **_NUMPY_TYPES,
         **public,
         "fromstring": _from_string,
+        **{name: _with_whole_number(getattr(np, name)) for name in _SAMPLES},
         **(_files(paths) if paths else {}),
         **(own or {}),
     }
