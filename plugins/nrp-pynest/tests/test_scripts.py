@@ -87,6 +87,20 @@ def test_a_changed_current_arrives_after_the_delay_of_its_synapse(run: Run) -> N
     assert [at[3.5], at[6.0], at[6.5], at[9.0]] == pytest.approx([-70.0, -68.75, -69.1, -69.2], abs=1e-4)
 
 
+def test_the_state_of_a_cell_can_be_read_while_it_runs(run: Run) -> None:
+    found = run(
+        "import nest\n"
+        "cell, source = nest.Create('iaf_cond_exp', 1, {'tau_syn_ex': 2.0}), nest.Create('spike_generator')\n"
+        "source.spike_times = [1.0]\n"
+        "nest.Connect(source, cell, syn_spec={'weight': 5.0, 'delay': 1.0})\n"
+        "nest.Simulate(5.0)\n"
+        "open_, others = cell.g_ex, cell.get(['V_m', 'g_in'])\n"
+    )
+    assert found["open_"] == pytest.approx(5.0 * exp(-3.0 / 2.0))
+    assert found["others"]["V_m"] > -70.0
+    assert found["others"]["g_in"] == 0.0
+
+
 def test_spikes_reach_their_targets_and_recorders_after_each_simulate(run: Run) -> None:
     found = run(
         "import nest\n"

@@ -224,8 +224,12 @@ class RunningKernel(Kernel):
             return values
         cells, group = self._numbers()[0], self.group_of(node)
         if group.base in CELLS and group.base != PARROT:
-            voltage = states_of(group.base)["V_m"][0]
-            values["V_m"] = float(self._built.brain.read_state(voltage, [cells[node]])[0])
+            brain = self._built.brain
+            values |= {
+                name: float(brain.read_state(own, [cells[node]])[0]) / factor
+                for name, (own, factor) in states_of(group.base).items()
+                if own in brain.capabilities.state_variables
+            }
         elif group.base in SPIKE_RECORDERS:
             values |= self._within(node, self._recorded_cells(node))
         elif group.base in MULTIMETERS:
