@@ -45,7 +45,8 @@ def test_spikes_are_those_of_brian2_alone(script: Script, opened: Opened) -> Non
 
 
 def test_groups_are_populations_and_subgroups_are_views(script: Script) -> None:
-    network = network_from(script(RUN), simulator="brian2", populations={"last": [5]})
+    end = "first.run_regularly('v += 0*mV', dt=1*ms)\n"  # it makes the subgroup an object of the network
+    network = network_from(script(end + RUN), simulator="brian2", populations={"last": [5]})
     assert {label: one.size for label, one in network.populations.items()} == {"cells": 6}
     assert network.neurons("first").tolist() == [0, 1]
     assert network.neurons("last").tolist() == [5]

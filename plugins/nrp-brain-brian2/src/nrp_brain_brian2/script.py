@@ -129,8 +129,8 @@ def _built(end: _BuildingEnds) -> Built:
         for one in objects:
             one._network = None
         network.add(objects)
-    groups = {id(one): one for one in objects if isinstance(one, brian2.core.spikesource.SpikeSource)}
-    groups |= {id(one): one for one in objects if isinstance(one, brian2.NeuronGroup)}
+    kinds = (brian2.NeuronGroup, brian2.core.spikesource.SpikeSource)  # a subgroup may be an object, too
+    groups = {id(one): one for one in objects if isinstance(one, kinds) and not isinstance(one, Subgroup)}
     named: dict[str, Any] = {}
     views: dict[str, Any] = {}
     for name, value in _variables(end.frames):
