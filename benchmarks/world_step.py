@@ -9,6 +9,7 @@ take turns.
 
     python benchmarks/world_step.py
     python benchmarks/world_step.py --steps 500 --rounds 5 --json
+    python benchmarks/world_step.py --engines drake
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from conditions import print_conditions
 from nrp_core.clock import SampleSchedule
 from nrp_core.messages.geometry_msgs import Twist, Vector3
 from nrp_core.scene.model import Scene
-from nrp_core.scene.rigid import BodyPath, BodyVelocity, Pose, ReadFrames
+from nrp_core.scene.rigid import BodyPath, BodyVelocity, Pose, ReadFrames, matrix_of
 from nrp_core.scene.sdf import read_model, read_scene
 from nrp_core.world.backends import worlds
 from nrp_core.world.render.cameras import Cameras, optics_of
@@ -65,6 +66,8 @@ CASES = (
     Case("pybullet"),
     Case("pybullet", "raster", 0.2),
     Case("pybullet", "raster"),
+    Case("drake"),
+    Case("drake", "raster", 0.2),
 )
 
 
@@ -212,7 +215,49 @@ def raw_pybullet(case: Case, scene: Scene) -> Iterator[Step]:
     bullet.disconnect(client)
 
 
-RAW = {"mujoco": raw_mujoco, "pybullet": raw_pybullet}
+@contextmanager
+def raw_drake(case: Case, scene: Scene) -> Iterator[Step]:
+    """Drake's own calls on the same bodies, with the backend's servo before each physics step."""
+    from nrp_world_drake.build import build
+    from nrp_world_drake.drive import Drive
+    from nrp_world_drake.motion import Base, Running
+
+    built = build(scene, timestep_ns=SUBSTEP_NS)
+    running = Running(built, SUBSTEP_NS)
+    plant, context = running.plant, running.context
+    ((path, servo),) = built.drives.items()
+    base = Base(running, built.bodies["husky"][servo.body][1])
+    drive = Drive(running, servo, base, built.spins[path], SUBSTEP_NS / 1e9, scene.gravity)
+
+    def reader(paths: Sequence[BodyPath]) -> ReadFrames:
+        bodies = [built.bodies[name][index] for name, index in paths]
+        still = [matrix_of(body.pose) for body, _ in bodies]
+
+        def read(frames: Any) -> None:
+            for frame, at, (body, place) in zip(frames, still, bodies, strict=True):
+                frame[:] = at if body.fixed else plant.EvalBodyPoseInWorld(context, place).GetAsMatrix34()
+
+        return read
+
+    cameras = cameras_of(case, scene, built.bodies, reader)
+    seen = [cameras.image(CAMERA)]
+
+    def step(k: int) -> None:
+        forward, turn = command(k)
+        drive.set_velocity(BodyVelocity(forward, 0.0, turn))
+        before = substeps_to_image(k) if case.renderer else None
+        for number in range(1, SUBSTEPS + 1):
+            drive.push()
+            running.touch()
+            running.step()
+            if number == before:
+                seen[0] = cameras.image(CAMERA)
+        plant.GetPositionsAndVelocities(context)
+
+    yield step
+
+
+RAW = {"mujoco": raw_mujoco, "pybullet": raw_pybullet, "drake": raw_drake}
 
 
 def measure(step: Step, start: int, steps: int) -> list[float]:
@@ -255,11 +300,13 @@ def main() -> None:
         "--steps", type=int, default=200, help="a multiple of 5: each round has its images alike"
     )
     parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--engines", nargs="+", choices=RAW, default=("mujoco", "pybullet"))
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     print_conditions()
     scene = shipped_scene()
-    rows = [compare(case, scene, arguments.steps, arguments.rounds) for case in CASES]
+    cases = [case for case in CASES if case.engine in arguments.engines]
+    rows = [compare(case, scene, arguments.steps, arguments.rounds) for case in cases]
     bare = {row["engine"]: row["added_us"] for row in rows if row["camera"] == "no camera"}
     for row in rows:
         row["camera_percent"] = round(100 * (row["added_us"] - bare[row["engine"]]) / row["raw_us"], 1)
