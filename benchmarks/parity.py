@@ -7,6 +7,9 @@ images from the same places; the seeds determine everything.
     python benchmarks/parity.py --seeds 3 --only drives cameras
     python benchmarks/parity.py --engines mujoco pybullet gazebo
     python benchmarks/parity.py --engines gazebo --only plugins
+    python benchmarks/parity.py --only robots --turtlebot3 turtlebot3_burger/model.sdf
+
+The quadruped is the A1 of ``pybullet_data``.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from importlib.resources import files
+from importlib.util import find_spec
 from itertools import combinations
 from math import cos, degrees, exp, hypot, inf, pi, radians, remainder, sin, sqrt, tau
 from pathlib import Path
@@ -25,6 +29,7 @@ from typing import Any
 
 import numpy as np
 from conditions import print_conditions
+from robots import stood
 
 from nrp_core.dsl.tf_lib import detect_red
 from nrp_core.messages.geometry_msgs import Twist, Vector3
@@ -50,7 +55,7 @@ from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.render.cameras import REALISTIC
 from nrp_core.world.world import World
 
-PARTS = ("drives", "wheels", "plugins", "loads", "physics", "cameras")
+PARTS = ("drives", "wheels", "plugins", "loads", "physics", "robots", "cameras")
 ENGINES = ("mujoco", "pybullet")
 STEP_NS = 20_000_000
 G = 9.8
@@ -417,6 +422,72 @@ def physics(engines: Sequence[str]) -> None:
     table("Closed forms, physics steps of 2 ms", ("what", "closed form", *engines), rows)
 
 
+def gripper() -> Model:
+    """Return a hand on a lift: two fingers of 2 cm that close by up to 10 cm, each with 20 N."""
+    moment = (0.001, 0.001, 0.001, 0.0, 0.0, 0.0)
+    shape = Collision("c", Box((0.04, 0.02, 0.06)), friction=0.6)
+    hand = Link("hand", Pose((0.0, 0.0, 0.3)), Inertial(1.0, inertia=moment))
+    fingers = [
+        Link(name, Pose((0.0, y, 0.1)), Inertial(0.1, inertia=moment), collisions=(shape,))
+        for name, y in (("left", 0.11), ("right", -0.11))
+    ]
+    lift = Joint("lift", "prismatic", "world", "hand", hand.pose, (0.0, 0.0, 1.0), lower=0.0, upper=0.3)
+    closing = [
+        Joint(each.name, "prismatic", "hand", each.name, each.pose, (0.0, sign, 0.0), 0.0, 0.1, effort=20.0)
+        for each, sign in zip(fingers, (-1.0, 1.0), strict=True)
+    ]
+    controllers = [
+        JointController(name, "position", f"/hand/{name}", None) for name in ("lift", "left", "right")
+    ]
+    return Model("hand", (hand, *fingers), (lift, *closing), controllers=tuple(controllers))
+
+
+def slipped(mass: float, engine: str) -> float:
+    """Return by how much a box slips in the fingers while it is lifted by 0.2 m in 2 s and held, mm."""
+    box = prop("box", Box((0.1, 0.1, 0.1)), Pose((0.0, 0.0, 0.1)), mass, 0.6)
+    bench = prop("bench", Box((1.0, 1.0, 0.05)), Pose((0.0, 0.0, 0.025)))
+    with opened(engine, scene(bench, gripper(), box)) as world:
+        for finger in ("left", "right"):
+            world.advertise(f"/hand/{finger}").publish(Float64(0.08))
+        advance(world, 1.0)
+        before = world.model_motion("box").pose.position[2]
+        lift = world.advertise("/hand/lift")
+        for number in range(1, 101):
+            lift.publish(Float64(0.002 * number))
+            advance(world, 0.02)
+        advance(world, 1.0)
+        states = world.joint_states("hand")
+        lifted = float(states.positions[states.names.index("lift")])
+        return 1e3 * (before + lifted - world.model_motion("box").pose.position[2])
+
+
+def rolled(file: Path, command: tuple[float, float], drive: str, engine: str) -> str:
+    """Return the way (m) and the turn (degrees) of a robot in 4 s of a command."""
+    with opened(engine, scene(FLOOR, read_model(file, name="robot")), drive=drive) as world:
+        end = driven(world, [command] * 4)
+    return f"{end.position[0]:.3f}, {degrees(end.yaw):.1f}"
+
+
+def robots(turtlebot3: Path | None, engines: Sequence[str]) -> None:
+    rows: list[tuple[str, ...]] = [
+        (f"a hand lifts a box of {mass:g} kg by 0.2 m in 2 s: slip, mm", "0",
+         *(f"{slipped(mass, engine):.2g}" for engine in engines))
+        for mass in (0.1, 0.5, 1.5)
+    ]  # fmt: skip
+    for drive in ("planar", "physical") if turtlebot3 else ():
+        assert turtlebot3 is not None
+        for command, ideal_end in (((0.2, 0.0), "0.800, 0.0"), ((0.0, 0.5), "0.000, 114.6")):
+            said = f"TurtleBot3 (`{drive}`), 4 s of {command[0]:g} m/s and {command[1]:g} rad/s: m, degrees"
+            ends = [rolled(turtlebot3, command, drive, engine) for engine in engines]
+            rows.append((said, ideal_end, *ends))
+    data = find_spec("pybullet_data")
+    if data is not None and data.origin is not None:
+        a1 = read_model(Path(data.origin).parent / "a1/a1.urdf", name="robot")
+        said = "A1 holds its joints for 2 s: height, m, and tilt, degrees"
+        rows.append((said, "-", *(stood(a1, engine) for engine in engines)))
+    table("Robots", ("what", "ideal", *engines), rows)
+
+
 REFERENCES = {REALISTIC: f"mujoco {REALISTIC}"}
 """What else than the flat images of MuJoCo's raster a renderer's are compared with."""
 
@@ -475,11 +546,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--seeds", type=int, default=10, help="of the random drives")
     parser.add_argument("--engines", nargs="+", default=ENGINES, help="world backends, mujoco first")
+    parser.add_argument("--turtlebot3", type=Path, help="its file, of turtlebot3_simulations")
     parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS)
     arguments = parser.parse_args()
     print_conditions()
     measures: tuple[Callable[[Sequence[str]], object], ...] = (
-        partial(drives, arguments.seeds), wheels, partial(plugins, arguments.seeds), loads, physics, cameras,
+        partial(drives, arguments.seeds), wheels, partial(plugins, arguments.seeds), loads, physics,
+        partial(robots, arguments.turtlebot3), cameras,
     )  # fmt: skip
     for name, measure in zip(PARTS, measures, strict=True):
         if name in arguments.only:
