@@ -105,7 +105,7 @@ def test_records_stand_beside_the_experiment_and_quote_their_commas(opened: Open
     assert run.write_csv() == [corpus / "husky_2017" / "csv" / "screen.csv"]
     with (corpus / "husky_2017" / "csv" / "screen.csv").open(newline="") as file:
         header, first, *_ = csv.reader(file)
-    assert (header, first) == (["time", "x, y"], ["0.0", "0.0, 0.0"])
+    assert (header, first) == (["time", "x, y", "Simulation_reset"], ["0.0", "0.0, 0.0"])
 
 
 def test_the_first_time_that_a_function_sees_is_zero_and_an_inactive_one_sees_none(opened: Opened) -> None:
