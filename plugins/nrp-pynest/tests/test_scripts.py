@@ -204,6 +204,7 @@ def test_rules_make_their_numbers_of_synapses(
         "nest.Connect(cells[0], cells[1], syn_spec='gap_junction')\nnest.Simulate(1.0)",
         "cell = nest.Create('iaf_tum_2000', params={'delta': 1.0})\n"
         "nest.Connect(cell, cell, syn_spec={'receptor_type': 1})\nnest.Simulate(1.0)",
+        "nest.SonataNetwork('config.json')",
     ],
 )
 def test_what_is_not_supported_is_refused_with_its_line(tmp_path: Path, golden: Golden, text: str) -> None:

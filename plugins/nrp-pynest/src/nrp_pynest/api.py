@@ -48,7 +48,8 @@ class NestModule(ModuleType):
             return vars(self)["GetKernelStatus"]()
         if name in _SETTINGS:
             return _SETTINGS[name]
-        raise AttributeError(f"nest.{name} is not supported{did_you_mean(name, tuple(vars(self)))}")
+        message = f"nest.{name} is not supported{did_you_mean(name, tuple(vars(self)))}"
+        raise AttributeError(message, name=name, obj=self)
 
 
 def nest_module(made: Kernel) -> ModuleType:

@@ -53,6 +53,11 @@ def run_script(
         return scope.run(path, name="__main__")
     except (NrpError, SyntaxError) as error:
         raise scope.located(error, NetworkError, path) from error
+    except AttributeError as error:
+        if error.obj is not nest:
+            raise
+        refused = NetworkError(str(error)).with_traceback(error.__traceback__)
+        raise scope.located(refused, NetworkError, path) from error
     finally:
         kernel.close()
 
