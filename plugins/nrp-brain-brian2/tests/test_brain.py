@@ -16,6 +16,15 @@ from nrp_brain_brian2.brain import seed_of
 Script = Callable[[str], Path]
 Opened = Callable[..., Brain]
 RUN = "run(40*ms)\n"
+IN_A_POOL = """
+from multiprocessing import get_context
+
+def one(_):
+    run(1*ms)
+
+with get_context("fork").Pool(1) as pool:
+    pool.map(one, [0])
+"""
 
 
 def spikes_in_the_loop(brain: Brain, step_ms: int = 2, until_ms: int = 40) -> Any:
@@ -99,6 +108,7 @@ def test_spikes_of_a_device_add_their_weight_to_the_voltage(script: Script, open
     [
         ("set_device('cpp_standalone')\n" + RUN, CapabilityError, "standalone"),
         ("\n", NetworkError, "ends without"),
+        (IN_A_POOL, CapabilityError, "another process"),
         ("cells.w = 3\n" + RUN, NetworkError, "AttributeError"),
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -94,9 +95,11 @@ def _begin(seed: int, *, compiled: bool) -> None:
 @contextmanager
 def _first_run() -> Iterator[None]:
     """Let the first run of any network of Brian2 end the block, and refuse devices that generate code."""
-    originals = Brian2Network.run, Device.activate
+    originals, own = (Brian2Network.run, Device.activate), os.getpid()
 
     def end(self: Any, *_: Any, namespace: Any = None, **__: Any) -> None:
+        if os.getpid() != own:
+            raise CapabilityError("the script calls run() in another process, which a loop cannot step")
         ending = _BuildingEnds(self, namespace)
         frame: FrameType | None = sys._getframe(1)
         while frame is not None and str(frame.f_globals.get("__name__")).startswith("brian2."):
