@@ -47,7 +47,8 @@ def settings(tmp_path: Path) -> list[str]:
 
 def recorded(folder: Path, settings: list[str]) -> Recording:
     with FilesRead() as files, Run(load_experiment("braitenberg_husky", settings)) as run:
-        recording = RecordingFolder(run, folder, images=Images.OFF, files=files)
+        snapshots = 40_000_000
+        recording = RecordingFolder(run, folder, images=Images.OFF, files=files, snapshots_ns=snapshots)
         run.run()
         recording.close("finished")
     return Recording(folder)
@@ -74,6 +75,11 @@ def test_voltages_of_chosen_cells_are_samples_of_the_membrane(
     assert (len(pair), list(pair.columns)) == (101, ["data.0", "data.1"])
     with Replay(recording, ReplayRequest()) as replay:
         assert replay.verify().identical
+    later = ReplayRequest(from_ns=60_000_000, record=tmp_path / "later")
+    with FilesRead() as files, Replay(recording, later, files=files) as replay:
+        replay.go()
+    with Replay(Recording(tmp_path / "later"), ReplayRequest()) as replay:
+        assert replay.verify().difference is None
     with Replay(recording, ReplayRequest(recorded=frozenset({"brain"}))) as replay:
         assert replay.verify().difference is None
 

@@ -303,10 +303,14 @@ class MembraneVoltages(Signal):
         recorder = _Samples(dt=milliseconds(section.interval))
         port = brain.add_sink(recorder, neurons[cells], name=f"recording {label}")
         assert isinstance(port, _SamplesPort)
-        self._port = port
+        self._port, self._has_begun = port, False
 
     def take(self, now_ns: int, add: Add) -> None:
-        for t_ns, values in self._port.drain():
+        samples = list(self._port.drain())
+        if not self._has_begun:  # the brain may have got another state since the recorder was added
+            samples = [(now_ns, self._brain.read_state(VOLTAGE, self._port.neurons))]
+        self._has_begun = True
+        for t_ns, values in samples:
             parts = encoding.float64s(np.ascontiguousarray(values, float))
             add(RecordEntry(t_ns, self._topic, Float64MultiArray, self._about, parts))
 
