@@ -254,7 +254,8 @@ WITHOUT_OUTPUT = {
     "nrp_core.scene.reading.context.listed_file", "nrp_core.scripts.Scope", "nrp_core.scripts.Scope.run",
     "nrp_core.scripts.Scope.located", "nrp_core.world.robot_setup.models_for", "nrp_core.xml.parse_xml",
     "nrp_lab.gym.NrpEnv", "nrp_lab.gym.NrpProcessesEnv", "nrp_lab.gym.NrpVectorEnv", "nrp_lab.gym.make_env",
-    "nrp_lab.gym.make_vec", "nrp_lab.sweep.record.Journal", "nrp_lab.sweep.record.records_in",
+    "nrp_lab.gym.make_vec", "nrp_lab.gym.parallel.NrpParallelEnv", "nrp_lab.sweep.record.Journal",
+    "nrp_lab.sweep.record.records_in",
     "nrp_lab.sweep.report.report_data", "nrp_lab.sweep.table.claim", "nrp_lab.sweep.table.write_rows",
     "nrp_lab.sweep.table.write_tables",
 }  # fmt: skip
