@@ -99,6 +99,7 @@ __all__ = [
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from nrp_core.dsl.calls import Throttle as Throttle
     from nrp_core.dsl.device_kinds import DEVICES as DEVICES
     from nrp_core.dsl.device_kinds import DeviceKind as DeviceKind
     from nrp_core.dsl.devices import CurrentGenerator as CurrentGenerator
@@ -117,6 +118,7 @@ if TYPE_CHECKING:
     from nrp_core.dsl.loading import file_scope as file_scope
     from nrp_core.dsl.loading import load_transfer_functions as load_transfer_functions
     from nrp_core.dsl.loading import provide_messages as provide_messages
+    from nrp_core.dsl.mappings import RESET_HEADER as RESET_HEADER
     from nrp_core.dsl.mappings import Variable as Variable
     from nrp_core.dsl.messages import message_packages as message_packages
     from nrp_core.dsl.messages import message_type as message_type

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from nrp_core.scene.model import Scene as Scene
     from nrp_core.scene.model import Sphere as Sphere
     from nrp_core.scene.model import Visual as Visual
+    from nrp_core.scene.posture import at_start as at_start
     from nrp_core.scene.randomization import Randomization as Randomization
     from nrp_core.scene.reading.context import Element as Element
     from nrp_core.scene.reading.context import Reading as Reading
@@ -67,6 +68,7 @@ if TYPE_CHECKING:
     from nrp_core.scene.sdf import read_model as read_model
     from nrp_core.scene.sdf import read_scene as read_scene
     from nrp_core.scene.surroundings import Surroundings as Surroundings
+    from nrp_core.scene.tessellation import box_around as box_around
     from nrp_core.scene.tessellation import triangles_of as triangles_of
     from nrp_core.world.backend import WORLD_INTERFACE_VERSION as WORLD_INTERFACE_VERSION
     from nrp_core.world.backend import WorldBackend as WorldBackend
@@ -75,11 +77,13 @@ if TYPE_CHECKING:
     from nrp_core.world.capabilities import WorldCapabilities as WorldCapabilities
     from nrp_core.world.drives.ackermann import Ackermann as Ackermann
     from nrp_core.world.drives.drive import Drive as Drive
+    from nrp_core.world.drives.drive import driven_root as driven_root
     from nrp_core.world.drives.flight import Flight as Flight
     from nrp_core.world.drives.mecanum import MecanumDrive as MecanumDrive
     from nrp_core.world.drives.mecanum import PlanarMove as PlanarMove
     from nrp_core.world.drives.muscles import Muscle as Muscle
     from nrp_core.world.drives.muscles import ViaPoint as ViaPoint
+    from nrp_core.world.drives.muscles import muscles_of as muscles_of
     from nrp_core.world.drives.wheels import WheelDrive as WheelDrive
     from nrp_core.world.engine import Engine as Engine
     from nrp_core.world.engine_kit.jointed import JointedEngine as JointedEngine

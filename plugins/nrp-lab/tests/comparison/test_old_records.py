@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nrp_lab.comparison.old_records import RecordsDiff, is_records, tolerances_of
 
-from nrp_core.cli import app
 from nrp_core.errors import ExperimentError
 
 
@@ -74,17 +74,17 @@ def test_rows_of_equal_times_are_counted(
 
 
 def test_the_command_reports_in_a_page_and_its_exit_code(
-    both: tuple[Path, Path], tmp_path: Path, capfd: pytest.CaptureFixture[str]
+    nrp: Any, both: tuple[Path, Path], tmp_path: Path
 ) -> None:
-    paths = list(map(str, both))
     page = tmp_path / "page.html"
-    assert app.run_app(["diff", *paths, "--html", str(page), "--json"]) == 0
-    assert json.loads(capfd.readouterr().out)["signals"]["eye.csv/angle"]["agrees"] is True
+    done = nrp("diff", *both, "--html", page, "--json")
+    assert done.code == 0
+    assert json.loads(done.out)["signals"]["eye.csv/angle"]["agrees"] is True
     assert "<svg" in page.read_text()
-    assert app.run_app(["diff", *paths, "--margin", "eye.csv/angle=0.001"]) == 1
-    assert app.run_app(["diff", paths[0] + "/eye.csv", paths[1] + "/eye.csv"]) == 0
-    assert app.run_app(["diff", *paths, "--seeds", "3"]) == 2
-    assert app.run_app(["diff", *paths, "--margin", "eye.csv"]) == 2
+    assert nrp("diff", *both, "--margin", "eye.csv/angle=0.001").code == 1
+    assert nrp("diff", *(folder / "eye.csv" for folder in both)).code == 0
+    assert nrp("diff", *both, "--seeds", 3).code == 2
+    assert nrp("diff", *both, "--margin", "eye.csv").code == 2
 
 
 def test_recordings_are_no_old_records(tmp_path: Path) -> None:

@@ -41,8 +41,6 @@ from nrp_core.dsl import (
     evaluate,
 )
 from nrp_core.dsl import brain as any_brain
-from nrp_core.dsl.calls import Throttle
-from nrp_core.dsl.mappings import RESET_HEADER
 from nrp_core.errors import CapabilityError
 from nrp_core.findings import Code
 from nrp_legacy.code import Notes
@@ -380,10 +378,10 @@ class CSVRecords(dsl.MapCSVRecorder):
     """A recorder whose file has a column for resets, as on the platform."""
 
     def __init__(self, key: str, filename: str, headers: Any, *values: Any, **more: Any) -> None:
-        super().__init__(key, filename, [*headers, RESET_HEADER], *values, **more)
+        super().__init__(key, filename, [*headers, dsl.RESET_HEADER], *values, **more)
 
 
-class Pauses(Throttle):
+class Pauses(dsl.Throttle):
     """Admits a run when the period of a rate has passed since the last one, as the platform did."""
 
     def admits(self, t_ns: int) -> bool:

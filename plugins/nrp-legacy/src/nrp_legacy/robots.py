@@ -17,10 +17,7 @@ from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.messages.base import resolve_name
 from nrp_core.scene.merged_bodies import bodies_of
-from nrp_core.scene.model import Plane
-from nrp_core.scene.posture import at_start
 from nrp_core.scene.reading.context import Element, Reading
-from nrp_core.scene.tessellation import box_around
 from nrp_core.world import (
     Actuators,
     Joint,
@@ -31,9 +28,12 @@ from nrp_core.world import (
     PairController,
     Pid,
     PlanarMove,
+    Plane,
     Scene,
+    at_start,
+    box_around,
+    driven_root,
 )
-from nrp_core.world.drives.drive import driven_root
 
 Kind = Literal["position", "velocity"]
 

@@ -14,7 +14,7 @@ import numpy as np
 import nrp_core.pynn
 from nrp_core.brain import IntArray, SourcePort
 from nrp_core.brain.backends import brains
-from nrp_core.clock import from_milliseconds, milliseconds
+from nrp_core.clock import from_milliseconds, milliseconds, nanoseconds
 from nrp_core.errors import NetworkError, NrpError
 from nrp_core.network.files.script import scope_of
 from nrp_pynest.api import nest_module
@@ -208,14 +208,16 @@ class ScriptKernel(RunningKernel):
 
         What they sent before arrives until a step and the delay of each synapse have passed.
         """
-        now_ms, step_ms = milliseconds(self._ran_ns), float(self.status["resolution"])
+        now_ms, step_ns = milliseconds(self._ran_ns), from_milliseconds(self.status["resolution"])
         for node in map(int, generators):
             before = self._ports.pop(node, [])
             found = self._ports[node] = []
             for port, spec, delay_ms in before:
                 self._built.brain.remove(port)
-                if now_ms < spec.stop and spec.start < (until_ms := now_ms + step_ms + delay_ms):
-                    shorter = replace(spec, stop=min(spec.stop, until_ms))
+                until_ns = self._ran_ns + step_ns + from_milliseconds(delay_ms)
+                start_ns, stop_ns = nanoseconds([spec.start, spec.stop]).tolist()
+                if self._ran_ns < stop_ns and start_ns < until_ns:
+                    shorter = replace(spec, stop=milliseconds(min(stop_ns, until_ns)))
                     found.append(self._source(shorter, port.neurons, delay_ms, port.name))
             for k, (spec, cells, delay_ms) in enumerate(driven(self._converted(), node, now_ms)):
                 found.append(self._source(spec, cells, delay_ms, f"nest/current/{node}/{k}"))

@@ -14,8 +14,7 @@ import numpy as np
 
 from nrp_core.scene.merged_bodies import body_of
 from nrp_core.scene.rigid import Vector
-from nrp_core.world import WORLD, FloatArray, Model, Pose, Scene
-from nrp_core.world.drives.muscles import ViaPoint, muscles_of
+from nrp_core.world import WORLD, FloatArray, Model, Pose, Scene, ViaPoint, muscles_of
 from nrp_core.world.engine_kit.muscles import (
     activation_rate,
     force_length,
