@@ -141,7 +141,8 @@ def sensor(node: Node) -> None:
         counts[topic] += 1
         last[0] = time.monotonic()
 
-    qos = QoSProfile(depth=100, reliability=qos_profile_sensor_data.reliability)
+    # deep enough for all: a busy machine may not let it read for a while
+    qos = QoSProfile(depth=4000, reliability=qos_profile_sensor_data.reliability)
     node.create_subscription(JointState, "/joints", lambda _: hear("/joints"), qos, raw=True)
     node.create_subscription(Image, "/camera", lambda _: hear("/camera"), qos, raw=True)
     tell("ready")

@@ -154,8 +154,8 @@ def test_images_and_fast_joints_reach_a_node_that_asks_as_for_sensors(ros2: Ros2
             time.sleep(max(0.0, began_s + step * 1e-3 - time.monotonic()))
     said, _ = other.communicate(timeout=60)
     counts = json.loads(said)
-    assert counts["/camera"] >= 85  # of 91; a busy machine may lose some
-    assert counts["/joints"] >= 2850
+    assert counts["/camera"] >= 60  # of 91; a busy machine loses some
+    assert counts["/joints"] >= 2000  # of 3000
 
 
 @needs_ros2
