@@ -37,7 +37,8 @@ MANY_RUNS = frozenset(
     f"docs/{name}.md"
     for name in (
         "howto/contribute-a-synapse-law", "howto/compare-simulators", "howto/evolve-settings",
-        "howto/judge-a-run", "howto/use-pynn", "tutorial/first-experiment",
+        "howto/judge-a-run", "howto/use-pynn", "howto/use-your-robot", "howto/write-a-cell-in-equations",
+        "tutorial/first-experiment",
         "howto/intervene-in-a-brain", "howto/learn-in-the-loop", "howto/map-to-spinnaker",
         "howto/pack-a-paper", "howto/prove-a-backend",
         "howto/record-and-replay", "howto/run-a-fly", "howto/set-parameters", "howto/steer-a-run",

@@ -21,6 +21,7 @@ def nrp_conformance(warm: Path) -> Callable[..., subprocess.CompletedProcess[str
     return run
 
 
+@pytest.mark.heavy
 def test_a_report_is_written_as_json_and_printed_as_text(nrp_conformance, tmp_path):
     file = tmp_path / "report.json"
     done = nrp_conformance(

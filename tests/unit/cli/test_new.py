@@ -76,6 +76,7 @@ def test_its_methods_are_the_fewest_and_each_says_what_to_write(made, side):
         assert f'"{name}: ' in source
 
 
+@pytest.mark.heavy
 def test_its_conformance_fails_and_says_what_to_write_first(made, warm):
     made("brain", "acme")
     command = [warm / "nrp", "conformance", "brain", "acme", "--level", "contract"]

@@ -88,6 +88,7 @@ def test_a_script_delivers_the_charge_of_each_source(
     assert found == pytest.approx(expected_mv([window for _, window in chosen], step_ns), abs=error_mv)
 
 
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize(
     ("backend", "options", "step_ns", "error_mv"),
     [("event", {}, 1, 1e-9), ("event", {"resolution": "0.1 ms"}, 100_000, 1e-9),

@@ -119,6 +119,7 @@ def test_another_file_makes_the_runs_that_read_it_again(
         assert re.search(rf"counting-{name}-7-\w+ is run again: the file drive.py changed", caplog.text)
 
 
+@pytest.mark.heavy
 def test_a_backend_that_was_worked_on_is_run_again(
     nrp: Any, worlds: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -195,6 +195,7 @@ def spread(forgetful: list[str]) -> Iterator[NrpProcessesEnv]:
         yield envs
 
 
+@pytest.mark.heavy
 def test_copies_in_processes_are_what_gymnasium_makes_of_single_environments(
     alone: SyncVectorEnv, spread: NrpProcessesEnv
 ) -> None:

@@ -335,6 +335,7 @@ def test_emitted_jobs_are_collected_by_the_same_command(sweep: Sweep) -> None:
     assert "did you mean 'slurm'?" in err
 
 
+@pytest.mark.heavy
 def test_resuming_ten_thousand_rows_does_nothing_again(sweep: Sweep) -> None:
     Path("sweep.yaml").write_text(FILE.replace("to: 4", "to: 3333"))
     plan = Plan.of(*read_sweep(Path("sweep.yaml")))

@@ -68,6 +68,7 @@ def test_the_error_of_a_step_is_below_the_tolerance_for_any_conductances() -> No
     assert errors_in_tolerances().max() < 1.0
 
 
+@pytest.mark.heavy
 def test_steps_that_are_not_bounded_are_beyond_the_tolerance(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(blocks, "SAFETY", 1e15)
     errors = errors_in_tolerances()

@@ -262,6 +262,7 @@ def test_cells_follow_brian2(name: str) -> None:
         np.testing.assert_allclose(samples[calm] / scale, np.array(values)[calm] / scale, atol=2e-3)
 
 
+@pytest.mark.heavy
 def test_a_loose_tolerance_does_not_follow_our_own_cells(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(runge_kutta_source, "TOLERANCE", 1e5)
     monkeypatch.setattr(
