@@ -44,7 +44,7 @@ def main(processes: str, connection: int, memory: int, version: str, module: str
     mpirun = shutil.which("mpirun")
     if mpirun is None:
         reason = (
-            "there is no program mpirun, which several processes need: apt install openmpi-bin libopenmpi-dev"
+            "several processes need mpirun, which is not installed: apt install openmpi-bin libopenmpi-dev"
         )
         socket.socket(fileno=connection).sendall(f"{reason}\n".encode())
         return

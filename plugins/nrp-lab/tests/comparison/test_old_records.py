@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from nrp_lab.comparison.old_records import RecordsDiff, is_records, tolerances_of
+from nrp_lab.comparison.report import records_headline
 
 from nrp_core.errors import ExperimentError
 
@@ -24,8 +25,8 @@ def write(path: Path, times: np.ndarray, **columns: np.ndarray) -> None:
 
 @pytest.fixture
 def both(tmp_path: Path) -> tuple[Path, Path]:
-    """A sine sampled every 20 ms, and an older one of 50 Hz less 1 ms, later and 0.01 larger."""
-    one, old = np.arange(0.0, 2.0, 0.02), np.arange(0.1, 2.5, 0.04)
+    """A sine sampled every 20 ms, and an older one every 40 ms, which starts later and is 0.01 larger."""
+    one, old = np.arange(0.0, 2.0, 0.02), np.arange(0.1, 2.0, 0.04)
     write(tmp_path / "new" / "eye.csv", one, angle=np.sin(one), still=np.zeros(len(one)))
     write(tmp_path / "old" / "eye.csv", old, angle=np.sin(old) + 0.01, still=np.zeros(len(old)))
     return tmp_path / "new", tmp_path / "old"
@@ -36,7 +37,7 @@ def test_each_column_is_compared_at_the_old_times_that_both_have(both: tuple[Pat
     signals = {one.name: one for one in found.signals}
     assert set(signals) == {"eye.csv/angle", "eye.csv/still"}
     angle = signals["eye.csv/angle"]
-    assert (angle.times[0], angle.times[-1]) == (0.1, pytest.approx(1.94))
+    assert (angle.times[0], angle.times[-1]) == (0.1, pytest.approx(1.98))
     assert angle.largest == pytest.approx(0.01)
     assert angle.rms == pytest.approx(0.01)
     assert angle.tolerance == pytest.approx(0.05 * np.ptp(angle.old))
@@ -46,10 +47,22 @@ def test_each_column_is_compared_at_the_old_times_that_both_have(both: tuple[Pat
 
 
 def test_what_cannot_be_compared_is_named(both: tuple[Path, Path]) -> None:
+    assert not RecordsDiff.of(*both, {}).missing
+    run, old = both[0] / "eye.csv", both[1] / "eye.csv"
     (both[1] / "arm.csv").write_text("time,x\n0,1\n")
+    old.write_text(old.read_text().replace("still", "moving") + "3.0,0.0,0.0,\n")
+    run.write_text(run.read_text().replace("\n1.5,", "\n1.5,none"))
     found = RecordsDiff.of(*both, {})
     assert not found.agrees
-    assert any("arm.csv" in reason for reason in found.missing)
+    for reason, word in zip(
+        found.missing, ("arm.csv", "eye.csv/moving", "ended at 1.98", "1 of 48"), strict=True
+    ):
+        assert word in reason
+    assert [word for word in ("still", "started at 0.1") if word in " ".join(found.beyond)] == [
+        "still",
+        "started at 0.1",
+    ]
+    assert records_headline(found).startswith("Not all old records were compared")
     with pytest.raises(ExperimentError, match="angel"):
         RecordsDiff.of(*both, {"eye.csv/angel": 1.0})
     with pytest.raises(ExperimentError):
@@ -64,13 +77,15 @@ def test_rows_of_equal_times_are_counted(
     tmp_path_factory: pytest.TempPathFactory, one: list[float], old: list[float]
 ) -> None:
     folder = tmp_path_factory.mktemp("spikes")
-    write(folder / "one" / "s.csv", np.array([*one, one[0]]), cell=np.zeros(len(one) + 1))
-    write(folder / "old" / "s.csv", np.array([*old, old[0]]), cell=np.zeros(len(old) + 1))
-    (rows,) = RecordsDiff.of(folder / "one", folder / "old", {}).signals
-    assert rows.name == "s.csv/rows"
-    for t, a, b in zip(rows.times, rows.one, rows.old, strict=True):
-        assert a == sum(each <= t for each in [*one, one[0]])
-        assert b == sum(each <= t for each in [*old, old[0]])
+    write(folder / "one" / "s.csv", np.array([*one, one[0]]), cell=np.full(len(one) + 1, 2))
+    write(folder / "old" / "s.csv", np.array([*old, old[0]]), cell=np.full(len(old) + 1, 3))
+    rows, cells = RecordsDiff.of(folder / "one", folder / "old", {}).signals
+    assert (rows.name, cells.name) == ("s.csv/rows", "s.csv/cell")
+    for i, t in enumerate(rows.times):
+        assert rows.one[i] == sum(each <= t for each in [*one, one[0]])
+        assert rows.old[i] == sum(each <= t for each in [*old, old[0]])
+    assert np.allclose(cells.one, 2 * rows.one)
+    assert np.allclose(cells.old, 3 * rows.old)
 
 
 def test_the_command_reports_in_a_page_and_its_exit_code(

@@ -25,6 +25,8 @@ NOISE = 1e-9
 """Numbers of a message are the same if they differ by less than this share of the largest, or of 1."""
 VISIBLE = 0.05
 """A signal differs visibly when it differs by this share of its range over both runs."""
+_CAUSES_FIRST = Role.VOLTAGE, Role.SINK, Role.PUBLISHED, Role.MODELS, Role.SENSOR, Role.SOURCE
+"""The roles of the signals that are compared; the first counts in a tie."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,16 +165,8 @@ def common_signals(
     one: RunSignals, other: RunSignals
 ) -> Iterator[tuple[str, FloatArray, FloatArray, FloatArray]]:
     """Return each number that both runs have: its name, times, and values in both."""
-    roles = (
-        Role.VOLTAGE,
-        Role.SINK,
-        Role.PUBLISHED,
-        Role.MODELS,
-        Role.SENSOR,
-        Role.SOURCE,
-    )  # causes come first in a tie
     times_s = min(one.times_s, other.times_s, key=len)
-    for series in one.numbers.with_role(*roles):
+    for series in one.numbers.with_role(*_CAUSES_FIRST):
         twin = other.numbers.series.get(series.name)
         if twin is None or twin.columns != series.columns:
             continue

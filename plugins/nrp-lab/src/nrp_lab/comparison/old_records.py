@@ -24,8 +24,11 @@ _ROWS = "rows"
 class Signal:
     """A column of a file in both runs, at the times of the old one that both cover.
 
+    A file with several rows of one time has events: at all times of both, ``eye.csv/rows`` is the number of
+    rows so far, and a column its sum so far.
+
     Args:
-        name: the file and the header, ``eye.csv/angle``; ``eye.csv/rows``: the number of rows so far.
+        name: the file and the header, ``eye.csv/angle``.
         times: the times, in the unit of the file; numbers of rows in a file without times.
         one, old: its values.
         tolerance: the largest difference that is allowed.
@@ -69,13 +72,15 @@ class RecordsDiff:
     Args:
         one, old: the folders or files.
         signals: the columns that both have.
-        missing: sentences about what cannot be compared.
+        missing: sentences about old records that were not compared.
+        beyond: sentences about parts of the run without old records.
     """
 
     one: Path
     old: Path
     signals: Sequence[Signal]
     missing: Sequence[str] = ()
+    beyond: Sequence[str] = ()
 
     @classmethod
     def of(cls, one: Path, old: Path, tolerances: Mapping[str, float]) -> RecordsDiff:
@@ -95,24 +100,25 @@ class RecordsDiff:
             ours = {old.name: one}
         common = [name for name in theirs if name in ours]
         if not common:
-            known = ", ".join(ours) or "no CSV file"
-            raise ExperimentError(f"no file is in both: the run has {known}, not {', '.join(theirs)}")
-        signals = [each for name in common for each in _signals(name, ours[name], theirs[name], tolerances)]
+            known = ", ".join(ours) or "none"
+            raise ExperimentError(
+                f"no CSV file is in both: the run has {known}, the old records {', '.join(theirs)}"
+            )
+        files = [_File.of(name, ours[name], theirs[name], tolerances) for name in common]
+        signals = [signal for file in files for signal in file.signals]
         names = {*common, *(each.name for each in signals)}
         for name in tolerances:
             if name not in names:
                 raise ExperimentError(f"no column '{name}' was compared{did_you_mean(name, names)}")
         missing = [f"the run has no file '{name}'" for name in theirs if name not in ours]
-        missing += [
-            f"'{name}' has no numbers in common"
-            for name in common
-            if not any(each.name.startswith(f"{name}/") for each in signals)
-        ]
-        return cls(one, old, signals, missing)
+        beyond = [f"the old records have no file '{name}'" for name in ours if name not in theirs]
+        missing += [reason for file in files for reason in file.missing]
+        beyond += [reason for file in files for reason in file.beyond]
+        return cls(one, old, signals, missing, beyond)
 
     @property
     def agrees(self) -> bool:
-        """Whether all that was recorded is there and within its tolerance."""
+        """Whether all old records were compared and are within their tolerances."""
         return not self.missing and all(each.agrees for each in self.signals)
 
 
@@ -150,67 +156,109 @@ def _files(path: Path) -> dict[str, Path]:
     return {file.name: file for file in sorted(path.rglob("*.csv"))}
 
 
-def _signals(name: str, ours: Path, theirs: Path, tolerances: Mapping[str, float]) -> Iterator[Signal]:
-    one, old = _table(ours), _table(theirs)
-    key = next((header for header in old if header in one and _TIME.search(header)), None)
-    own, then = (_times(table, key) for table in (one, old))
-    if not len(own) or not len(then):
-        return
-    shared = then[(then >= own.min()) & (then <= own.max())]
-    ascends = all(len(np.unique(times)) == len(times) for times in (own, then))
-    pairs = _columns(one, old, key, own, then, shared) if ascends else _counts(own, then)
-    for header, times, a, b in pairs:
-        both = np.isfinite(a) & np.isfinite(b)
-        if both.any():
-            signal = f"{name}/{header}"
-            span = float(np.ptp(b[both]))
-            allowed = tolerances.get(signal, tolerances.get(name, SHARE * span))
-            yield Signal(signal, times[both], a[both], b[both], allowed)
+_Table = Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True)
+class _File:
+    """The comparison of one file; the fields are those of :class:`RecordsDiff`."""
+
+    signals: Sequence[Signal]
+    missing: Sequence[str]
+    beyond: Sequence[str]
+
+    @classmethod
+    def of(cls, name: str, ours: Path, theirs: Path, tolerances: Mapping[str, float]) -> _File:
+        one, old = _table(ours), _table(theirs)
+        key = next((header for header in old if header in one and _TIME.search(header)), None)
+        (own, one), (then, old) = (_timed(table, key) for table in (one, old))
+        if not len(own) or not len(then):
+            return cls((), [f"'{name}' has no rows in the run or the old records"], ())
+        missing = [f"the run has no column '{name}/{each}'" for each in old if each not in one]
+        beyond = [f"the old records have no column '{name}/{each}'" for each in one if each not in old]
+        one, old = ({header: table[header] for header in old if header in one} for table in (one, old))
+        if all(len(np.unique(times)) == len(times) for times in (own, then)):
+            missing += _outside(name, "run", then, own)
+            beyond += _outside(name, "old records", own, then)
+            pairs = _columns(one, old, key, own, then)
+        else:
+            pairs = _sums(one, old, key, own, then)
+        signals = []
+        for header, times, a, b in pairs:
+            signal, both = f"{name}/{header}", np.isfinite(a) & np.isfinite(b)
+            if lost := int((~both & (np.isfinite(a) | np.isfinite(b))).sum()):
+                missing.append(f"'{signal}' is a number in only one of the two at {lost} of {len(b)} times")
+            if both.any():
+                allowed = tolerances.get(signal, tolerances.get(name, SHARE * float(np.ptp(b[both]))))
+                signals.append(Signal(signal, times[both], a[both], b[both], allowed))
+            elif not lost:
+                missing.append(f"'{signal}' has no numbers")
+        return cls(signals, missing, beyond)
+
+
+def _margin(times: FloatArray) -> float:
+    """Return the usual interval of times: before their start and after their end, a value holds for it."""
+    return float(np.median(np.diff(np.sort(times)))) if len(times) > 1 else 0.0
+
+
+def _outside(name: str, which: str, times: FloatArray, covered: FloatArray) -> Iterator[str]:
+    """Yield sentences about times before the start and after the end of records."""
+    first, last, margin = covered.min(), covered.max(), _margin(covered)
+    if times.min() < first - margin:
+        yield f"the {which} started at {first:g} in '{name}', after {times.min():g}"
+    if times.max() > last + margin:
+        yield f"the {which} ended at {last:g} in '{name}', before {times.max():g}"
 
 
 _Pairs = Iterator[tuple[str, FloatArray, FloatArray, FloatArray]]
 
 
-def _columns(
-    one: Mapping[str, FloatArray], old: Mapping[str, FloatArray], key: str | None, own: FloatArray,
-    then: FloatArray, shared: FloatArray,
-) -> _Pairs:  # fmt: skip
+def _columns(one: _Table, old: _Table, key: str | None, own: FloatArray, then: FloatArray) -> _Pairs:
     """Yield the values of all columns at the shared times, of the run at its nearest time."""
+    margin = _margin(own)
+    then_at = (then >= own.min() - margin) & (then <= own.max() + margin)
+    shared = then[then_at]
     at, there = np.argsort(own), np.searchsorted(np.sort(own), shared)
     before, after = (at[np.clip(there + i, 0, len(own) - 1)] for i in (-1, 0))
     nearest = np.where(np.abs(own[before] - shared) < np.abs(own[after] - shared), before, after)
-    then_at = np.isin(then, shared)
     for header, values in old.items():
-        if header != key and header in one:
+        if header != key:
             yield header, shared, one[header][nearest], values[then_at]
 
 
-def _counts(own: FloatArray, then: FloatArray) -> _Pairs:
-    """Yield the number of rows up to each old time: several rows of one time are events."""
-    times = np.unique(then)
-    mine, theirs = (np.searchsorted(np.sort(each), times, "right").astype(float) for each in (own, then))
-    yield _ROWS, times, mine, theirs
+def _sums(one: _Table, old: _Table, key: str | None, own: FloatArray, then: FloatArray) -> _Pairs:
+    """Yield the number of rows, and the sum of each column, up to each time."""
+    times = np.union1d(own, then)
+
+    def so_far(at: FloatArray, values: FloatArray) -> FloatArray:
+        order = np.argsort(at)
+        sums = np.concatenate([[0.0], np.cumsum(np.nan_to_num(values[order]))])
+        return np.asarray(sums[np.searchsorted(at[order], times, "right")])
+
+    yield _ROWS, times, so_far(own, np.ones(len(own))), so_far(then, np.ones(len(then)))
+    for header, values in old.items():
+        if header != key:
+            yield header, times, so_far(own, one[header]), so_far(then, values)
 
 
-def _times(table: Mapping[str, FloatArray], key: str | None) -> FloatArray:
-    """Return the times of a table; without any, the numbers of its rows."""
-    if key is not None:
-        times = table[key]
-        return times[np.isfinite(times)]
-    return np.arange(max(map(len, table.values()), default=0), dtype=float)
+def _timed(table: _Table, key: str | None) -> tuple[FloatArray, _Table]:
+    """Return the times of a table, or else the numbers of its rows, and the columns where it has a time."""
+    if key is None:
+        return np.arange(max(map(len, table.values()), default=0), dtype=float), table
+    timed = np.isfinite(table[key])
+    return table[key][timed], {header: values[timed] for header, values in table.items()}
 
 
-def _table(path: Path) -> dict[str, FloatArray]:
-    """Return the columns of a file as numbers; what is none is NaN."""
+def _table(path: Path) -> _Table:
+    """Return the columns of a file as numbers, text as NaN, without empty columns."""
     try:
         headers, *rows = list(csv.reader(path.read_text("utf-8").splitlines())) or [[]]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise ExperimentError(f"this is no CSV file that can be read: {error}", path=path) from None
+        raise ExperimentError(f"the CSV file cannot be read: {error}", path=path) from None
     columns = {
-        header.strip(): np.array([_number(row[i]) if i < len(row) else np.nan for row in rows])
-        for i, header in enumerate(headers)
+        header.strip(): [row[i] if i < len(row) else "" for row in rows] for i, header in enumerate(headers)
     }
-    return {header: values for header, values in columns.items() if np.isfinite(values).any()}
+    return {header: np.array([*map(_number, texts)]) for header, texts in columns.items() if any(texts)}
 
 
 def _number(text: str) -> float:

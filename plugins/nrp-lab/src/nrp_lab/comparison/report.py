@@ -188,23 +188,32 @@ def pair_data(diff: PairDiff) -> dict[str, Any]:
 
 
 def records_headline(diff: RecordsDiff) -> str:
-    """Return the verdict on a run beside old records."""
-    differing = [each.name for each in diff.signals if not each.agrees]
+    """Return the verdict on a run beside old records, first what it does not cover."""
+    left_out = []
+    if diff.missing:
+        left_out = ["Not all old records were compared"]
+    elif diff.beyond:
+        left_out = ["Part of the run has no old records"]
+    differing = sum(not each.agrees for each in diff.signals)
     if differing:
-        return f"{len(differing)} of {len(diff.signals)} signals differ from the old records"
-    return "Not all old records were compared" if diff.missing else "The run agrees with the old records"
+        found = f"{differing} of {len(diff.signals)} signals differ from the old records"
+    elif left_out:
+        found = f"the {len(diff.signals)} signals that were compared agree"
+    else:
+        found = "The run agrees with the old records"
+    return "; ".join([*left_out, found])
 
 
 def records_data(diff: RecordsDiff) -> dict[str, Any]:
     """Return the comparison of a run with old records."""
     measured = ("largest", "at", "rms", "tolerance", "agrees")
     signals = {each.name: {key: getattr(each, key) for key in measured} for each in diff.signals}
-    return {"agrees": diff.agrees, "missing": diff.missing, "signals": signals}
+    return {"agrees": diff.agrees, "missing": diff.missing, "beyond": diff.beyond, "signals": signals}
 
 
 def print_records(diff: RecordsDiff, console: Console) -> None:
     """Write the comparison of a run with old records, the largest differences first."""
-    _print_incomplete(console, diff.missing)
+    _print_incomplete(console, [*diff.missing, *diff.beyond])
     console.print(Text(records_headline(diff), style=f"bold {'green' if diff.agrees else 'red'}"))
     table = _table("signal", "apart by", "at", "RMS", "allowed")
     for each in sorted(diff.signals, key=lambda one: one.agrees):
