@@ -47,6 +47,7 @@ def test_nothing_is_wrong_with_what_ships(name: str) -> None:
     assert [finding for finding in validate_file(name) if finding.level is not Level.NOTE] == []
 
 
+@pytest.mark.one_of(4)
 @pytest.mark.parametrize("name", ["bare", "husky_2015", "husky_2017", "husky_2019"])
 def test_experiments_of_the_platform_have_no_errors(name: str) -> None:
     found = validate_file(CORPUS / name, [f"models=[{CORPUS / 'models'}]"])

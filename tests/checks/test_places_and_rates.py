@@ -35,6 +35,7 @@ def robot(more: str) -> str:
     return ROBOT.replace("}", f", add_sensors: {more}}}")
 
 
+@pytest.mark.one_of(4)
 @pytest.mark.parametrize(
     ("file", "old", "new", "words"),
     [

@@ -120,6 +120,7 @@ def test_whenever_a_run_is_killed_it_loses_at_most_a_tenth_of_a_second(tmp_path:
         check(stamps, copy)
 
 
+@pytest.mark.heavy
 def test_steps_before_one_that_does_not_end_are_on_disk(tmp_path: Path) -> None:
     for hangs_at_s in (0.4, 0.42):  # wherever that is between two times of writing
         with running(tmp_path / f"{hangs_at_s}", hangs_at_s=hangs_at_s) as run:

@@ -35,6 +35,7 @@ def engine(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
+@pytest.mark.one_of(4)
 @pytest.mark.parametrize(
     ("brain", "world", "name"),
     [

@@ -67,6 +67,7 @@ def run(elsewhere: Path, tmp_path: Path) -> Run:
     return ran
 
 
+@pytest.mark.heavy
 def test_nothing_comes_from_the_repository(run: Run, elsewhere: Path) -> None:
     names = (
         "nrp_core", "nrp_brain_minimal", "nrp_world_minimal", "nrp_experiments", "nrp_brain_event",

@@ -117,6 +117,7 @@ def test_there_are_at_least_thirty_traps(folder: Path) -> None:
     assert len(list(folder.iterdir())) >= 30
 
 
+@pytest.mark.heavy
 def test_no_trap_is_sprung_by_a_command_that_executes_nothing_or_confined(folder: Path) -> None:
     """It takes 25 s of a processor for a hundred command lines, most of it for seven checks and diagnoses."""
     names = set(commands(get_command(build_app())))

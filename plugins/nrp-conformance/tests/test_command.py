@@ -45,6 +45,7 @@ def test_an_option_that_does_not_exist_is_refused_in_one_line(nrp_conformance):
     assert "'tolerance'" in message
 
 
+@pytest.mark.heavy
 def test_an_option_may_be_any_value_in_yaml(nrp_conformance):
     parts = "parts={a: {backend: event}, b: {backend: nobody}}"
     done = nrp_conformance("brain", "composite", "-o", parts, "--json")

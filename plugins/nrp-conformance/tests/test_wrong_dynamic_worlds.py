@@ -345,6 +345,7 @@ def failing(backend: type[MujocoBackend], test: str) -> bool:
     return any(result.outcome is Outcome.FAILED for result in results)
 
 
+@pytest.mark.one_of(4)
 @pytest.mark.one_of(2)
 @pytest.mark.parametrize("fault", WRONG)
 def test_a_wrong_dynamic_world_is_found(fault: str) -> None:

@@ -92,6 +92,7 @@ def ran_here(
     return run
 
 
+@pytest.mark.heavy
 def test_generations_edit_functions_and_reset(ran_here: Ran) -> None:
     said = ran_here("generations.py", NRP_SET="duration=60s", NRP_PACE="realtime")
     generations = [[float(word) for word in line.split()] for line in said.splitlines()]

@@ -60,6 +60,7 @@ with sm:
 """
 
 
+@pytest.mark.one_of(4)
 @pytest.mark.parametrize(
     ("right", "wrong", "code", "words"),
     [

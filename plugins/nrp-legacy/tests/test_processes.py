@@ -99,6 +99,7 @@ def _is_running(pid: int) -> bool:
     return state != "Z"
 
 
+@pytest.mark.one_of(2)
 @pytest.mark.parametrize(
     "start",
     [

@@ -120,6 +120,7 @@ def rewarded(connect: Connect) -> Callable[..., Projection]:
     return make
 
 
+@pytest.mark.heavy
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     pre=TRAINS, post=TRAINS, rewards=TRAINS, punishments=TRAINS, delay=st.integers(1, 7),

@@ -87,6 +87,7 @@ def rows_of(brain: Brain, case: dict[str, Any]) -> list[list[list[list[int]]]]:
     ]
 
 
+@pytest.mark.one_of(2)
 @pytest.mark.one_of(4)
 @pytest.mark.parametrize("stdp", [False, True], ids=["static", "stdp"])
 @pytest.mark.parametrize("case", CASES, ids=[case["name"] for case in CASES])

@@ -66,6 +66,7 @@ def room(folder: Path, triangles: np.ndarray, place: str):
     return read_scene(folder / "room.sdf")
 
 
+@pytest.mark.one_of(2)
 @pytest.mark.parametrize("inward", [False, True])
 def test_a_ball_stands_between_joined_walls_and_sees_them(open_world, advance, tmp_path, inward):
     walls = ring()

@@ -91,6 +91,7 @@ MISTAKES = [
 ]  # fmt: skip
 
 
+@pytest.mark.one_of(4)
 @pytest.mark.parametrize(("old", "new", "at", "code", "message"), MISTAKES)
 def test_a_mistake_in_the_experiment_is_found_at_its_place(
     edit: Edit, old: str, new: str, at: str, code: str, message: str
@@ -105,6 +106,7 @@ def test_a_mistake_in_the_experiment_is_found_at_its_place(
     assert line[finding.column - 1 :].startswith(at)
 
 
+@pytest.mark.one_of(4)
 @pytest.mark.parametrize(
     ("file", "old", "new", "where", "code"),
     [

@@ -21,6 +21,7 @@ def kept(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("results") / "kept"
 
 
+@pytest.mark.heavy
 def test_agreement_is_reported_and_the_exit_code_is_0(
     nrp: Any, worlds: Path, tmp_path: Path, kept: Path
 ) -> None:

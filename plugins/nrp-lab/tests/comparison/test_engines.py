@@ -79,6 +79,7 @@ def by_hand_if_alike(names: Iterable[str]) -> list[Any]:
     return [pytest.param(name, marks=pytest.mark.heavy if name in ALIKE else ()) for name in names]
 
 
+@pytest.mark.one_of(4)
 @pytest.mark.parametrize("name", by_hand_if_alike(WRONG_WORLDS))
 def test_a_wrong_world_is_named_in_the_headline(name: str, folders: dict[str, Path]) -> None:
     experiment, named = WRONG_WORLDS[name]
@@ -88,6 +89,7 @@ def test_a_wrong_world_is_named_in_the_headline(name: str, folders: dict[str, Pa
     assert f"world mujoco -> {name}" in found.headline
 
 
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize("name", by_hand_if_alike(WRONG_BRAINS))
 def test_a_wrong_brain_is_named_in_the_headline(name: str, folders: dict[str, Path]) -> None:
     experiment, named = WRONG_BRAINS[name]

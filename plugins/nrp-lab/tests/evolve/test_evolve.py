@@ -115,6 +115,7 @@ def test_an_optimiser_that_draws_other_numbers_when_it_resumes_is_noticed(
     assert candidates("parts") != candidates("whole")
 
 
+@pytest.mark.heavy
 def test_the_best_candidate_is_an_experiment_with_the_run_of_its_row(command: Evolve) -> None:
     code, out, err = command("search.yaml", "--workers", 1, "--json")
     assert code == 0, err
@@ -215,6 +216,7 @@ def test_the_results_are_shown_and_drawn(command: Evolve, here: Path) -> None:
     assert "the folder does not contain a sweep" in err
 
 
+@pytest.mark.one_of(5)
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -109,6 +109,7 @@ run_app(["sweep", "sweep.yaml", "--workers", "1"])
 """
 
 
+@pytest.mark.heavy
 def test_it_is_resumed_after_a_kill_and_a_cut_line(sweep: Sweep, here: Path) -> None:
     journal = here / "sweep.sweep" / JOURNAL
     killed = subprocess.run([sys.executable, "-c", KILLED], capture_output=True, timeout=PATIENCE_S)
@@ -159,6 +160,7 @@ def test_failed_runs_are_kept_with_their_error_and_repeated_on_request(sweep: Sw
     assert {row["state"] for row in table()} == {"finished"}
 
 
+@pytest.mark.heavy
 def test_a_full_disk_ends_it_with_one_sentence_and_keeps_what_is_done(sweep: Sweep) -> None:
     assert sweep("sweep.yaml", "--only", "0..3", "--workers", 1)[0] == 0
     journal = Path("sweep.sweep", JOURNAL)
@@ -176,6 +178,7 @@ def test_a_full_disk_ends_it_with_one_sentence_and_keeps_what_is_done(sweep: Swe
     assert len(table()) == RUNS
 
 
+@pytest.mark.one_of(4)
 @pytest.mark.parametrize(
     ("text", "arguments", "code", "message"),
     [

@@ -75,6 +75,7 @@ def test_parameters_change_as_in_the_exact_mode(
     np.testing.assert_allclose(exact_v, grid_v, atol=0.1 if cell_type == "Izhikevich" else 0.02)
 
 
+@pytest.mark.one_of(2)
 @pytest.mark.parametrize(("before", "after"), [(20.0, 3.0), (3.0, 20.0)])
 def test_waiting_cells_keep_their_refractory_time_and_later_spikes_get_the_new_one(
     before: float, after: float, cells: Cells, open_brain: Open
@@ -92,6 +93,7 @@ def test_waiting_cells_keep_their_refractory_time_and_later_spikes_get_the_new_o
     alike(*seen, within_ms=20 * STEP_MS)
 
 
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize("kind", ["equal", "own", "tsodyks_markram"])
 def test_weights_change_for_later_spikes_only(
     kind: str, cells: Cells, spike_source: Cells, connect: Callable[..., Projection], open_brain: Open

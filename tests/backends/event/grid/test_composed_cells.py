@@ -80,6 +80,7 @@ def test_a_cell_composed_like_one_of_one_piece_is_equal_to_it(sim: Any) -> None:
     np.testing.assert_allclose(recorded(whole)["v"], recorded(composed)["v"], atol=1e-9)
 
 
+@pytest.mark.one_of(4)
 @pytest.mark.one_of(2)
 @pytest.mark.parametrize("tau_rise", [0.7, 6.0, 6.001, 9.0])
 def test_the_peak_of_a_beta_function_is_the_weight(sim: Any, tau_rise: float) -> None:
@@ -118,6 +119,7 @@ def test_plastic_synapses_learn_at_every_receptor(sim: Any) -> None:
     np.testing.assert_array_equal(weights, np.broadcast_to(weights[:1, :1], weights.shape))
 
 
+@pytest.mark.heavy
 def test_parameters_and_initial_values_have_the_name_of_their_receptor(sim: Any) -> None:
     kind = sim.PointNeuron(sim.LIF(), AMPA=sim.ExpPSR(tau_syn=sim.RandomDistribution("uniform", (2.0, 4.0))))
     cells = sim.Population(2, kind, initial_values={"AMPA.gsyn": 0.01})

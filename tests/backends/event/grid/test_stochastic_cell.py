@@ -80,6 +80,7 @@ def test_adapting_cells_fire_at_random_as_in_nest() -> None:
     assert abs(firsts.mean() - NEST_FIRST_MS) < 4.0 * np.hypot(firsts.std() / 1000**0.5, NEST_FIRST_ERROR_MS)
 
 
+@pytest.mark.heavy
 def test_a_cell_at_rest_fires_with_the_intensity_of_the_formula() -> None:
     sim = simulator()
     kind = sim.GIF_cond_exp(v_t_star=-64.0, delta_v=0.5, lambda0=200.0, a_eta=[0.0] * 3, a_gamma=[0.0] * 3)
@@ -137,6 +138,7 @@ def test_values_of_filters_are_read_as_they_were_given(golden: Golden) -> None:
         sim.Population(1, sim.GIF_cond_exp(tau_eta=[1.0, 2.0]))
 
 
+@pytest.mark.one_of(2)
 @pytest.mark.parametrize("method", ["exact", "runge_kutta"])
 def test_a_random_threshold_is_met_with_its_probability_in_each_step(method: str) -> None:
     sim = simulator()

@@ -47,6 +47,7 @@ def depth(shape, pose: Pose, point) -> float:
     return signed_distance(shape, np.empty((0, 3, 3)), local)
 
 
+@pytest.mark.heavy
 @settings(max_examples=150, deadline=None)
 @given(SHAPES, POSES)
 def test_a_ray_ends_on_the_surface_and_meets_nothing_before(shape, pose):
