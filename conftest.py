@@ -10,12 +10,7 @@ from pathlib import Path
 
 import platformdirs
 import pytest
-from hypothesis import settings
 
-# busy machines: no test is timed; the same examples in each run, so that a run can be repeated
-settings.register_profile("short", deadline=None, max_examples=15, derandomize=True)
-settings.register_profile("thorough", deadline=None)  # before a release: --hypothesis-profile thorough
-settings.load_profile("short")
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's job in the background ignores Ctrl-C
 
 # where kernels are kept anyway: tests with a cache folder of their own would compile all of them again
@@ -54,24 +49,14 @@ def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginMa
         help="check this file of references as well (.npz: event, .json: spinnaker); repeatable",
     )  # fmt: skip
     try:
+        import cases
         import golden
         import without_pybullet
     except ModuleNotFoundError:  # ``nrp conformance`` reads this file without the folders of the tests
         return
+    pluginmanager.register(cases)
     pluginmanager.register(golden)
     pluginmanager.register(without_pybullet)
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Of the cases of a test that is marked ``one_of(n)`` leave each n-th, and mark the others heavy."""
-    cases: Counter[str] = Counter()
-    for item in items:
-        if (mark := item.get_closest_marker("one_of")) is not None:
-            test = item.nodeid.partition("[")[0]
-            if cases[test] % mark.args[0]:
-                item.add_marker(pytest.mark.heavy)
-            cases[test] += 1
 
 
 @pytest.hookimpl(tryfirst=True)

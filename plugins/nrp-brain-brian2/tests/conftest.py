@@ -10,7 +10,7 @@ from nrp_core.brain import Brain
 from nrp_core.experiment import network_from
 
 __all__ = ["nrp"]
-pytest_plugins = ["golden"]  # in tests/shared
+pytest_plugins = ["cases", "golden"]  # in tests/shared
 
 CELLS = """
 from brian2 import *

@@ -9,7 +9,7 @@ from nrp_core import brains
 from nrp_core.brain import Brain, FloatArray, Network, SpikeRecorder, builder, network_of
 from nrp_core.clock import NS_PER_MS
 
-pytest_plugins = ["golden"]  # in tests/shared
+pytest_plugins = ["cases", "golden"]  # in tests/shared
 
 
 @pytest.fixture

@@ -10,6 +10,8 @@ from nrp_core.brain import builder, network_of
 from nrp_brain_pynn import PyNNBackend
 from nrp_brain_pynn.simulators import SIMULATORS
 
+pytest_plugins = ["cases"]  # in tests/shared
+
 COMPILE = "from nrp_brain_pynn.loading import quietly\nwith quietly():\n    import pyNN.neuron"
 PROGRAMS = [name for name in SIMULATORS if name != "spinnaker"]  # which is a machine
 OPTION = "--simulators"

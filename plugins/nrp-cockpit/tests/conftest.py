@@ -8,17 +8,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
 from visitors import Cockpit, Visitor
 
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 
-pytest_plugins = ["golden"]  # in tests/shared
-
-settings.register_profile("untimed", deadline=None)  # machines are busy at times; no test is timed
-settings.load_profile("untimed")
+pytest_plugins = ["cases", "golden"]  # in tests/shared
 
 
 @pytest.fixture(scope="session", autouse=True)

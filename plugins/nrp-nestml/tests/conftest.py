@@ -2,6 +2,6 @@
 
 import os
 
-pytest_plugins = ["golden"]  # in tests/shared
+pytest_plugins = ["cases", "golden"]  # in tests/shared
 
 os.environ.setdefault("NUMBA_DISABLE_JIT", "1")

@@ -11,7 +11,7 @@ from nrp_core.world import Pose, Scene, World, read_scene
 from nrp_world_opensim import OpensimBackend
 from own_models import MODELS, written
 
-pytest_plugins = ["golden"]  # in tests/shared
+pytest_plugins = ["cases", "golden"]  # in tests/shared
 
 Open = Callable[..., World]
 

@@ -14,12 +14,8 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
 
-pytest_plugins = ["golden"]  # in tests/shared
-
-settings.register_profile("untimed", deadline=None)  # machines are busy at times; no test is timed
-settings.load_profile("untimed")
+pytest_plugins = ["cases", "golden"]  # in tests/shared
 
 OPTION = "--ros"
 
