@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import threading
 from collections import defaultdict, deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Generic, Literal, TypeVar
+from typing import Any, Generic, Literal, TypeAlias, TypeVar
 
 from nrp_core._support.closing import Closing
 from nrp_core._support.machine import cores
@@ -25,6 +25,7 @@ from nrp_core.cle.pacing import AsFastAsPossible, Pacing
 from nrp_core.cle.wiring import Wiring
 from nrp_core.clock import StepPlan, milliseconds, seconds
 from nrp_core.dsl.functions import TransferFunction
+from nrp_core.dsl.functions import call_for_copies as call_for_copies
 from nrp_core.dsl.parameters import line_in
 from nrp_core.errors import (
     CapabilityError,
@@ -275,6 +276,10 @@ def _timed(side: Brain | World, t_ns: int) -> int:
     return work.now_ns() - began
 
 
+VectorizedCall: TypeAlias = tuple[TransferFunction, float]
+EndOfStep: TypeAlias = Generator[VectorizedCall, Any, None]
+
+
 class ClosedLoop(Closing):
     """A brain and a world, coupled by transfer functions. Closing the loop closes neither of them.
 
@@ -387,12 +392,11 @@ class ClosedLoop(Closing):
         try:
             self.begin_step()
             self._coupled.advance(self.now_ns + self.plan.period_ns, self.account)
-            failure = self.end_step()
+            for _ in self.end_step():
+                pass
         finally:
             self.is_stepping = False
             self.account.total_ns += work.now_ns() - began
-        if failure is not None:
-            raise failure.to_error() from failure.error
 
     # -- the parts of a step, which many loops take together; see SideBySide
 
@@ -408,20 +412,29 @@ class ClosedLoop(Closing):
         """Bring first the brain, then the world to the end of the step, on the calling thread."""
         self._coupled.advance(self.now_ns + self.plan.period_ns, self.account, in_turn=True)
 
-    def end_step(self) -> Failure | None:
-        """Run the functions and hooks after a step, and return the failure that ends the run, if any."""
+    def end_step(self, *, together: bool = False) -> EndOfStep:
+        """Run the functions and hooks after a step.
+
+        Args:
+            together: whether to yield each call of a vectorised function, with its time in s, for the caller
+                to make it, and to send its result and the time it took, ns. Otherwise nothing is yielded.
+
+        Raises:
+            TransferFunctionRaisedError: a function failed; see :meth:`run_until`.
+        """
         self.steps += 1
         for hook in self.hooks.before_functions:
             hook(self)
-        failure = self._run_functions()
+        failure = yield from self._run_functions(together)
         for hook in self.hooks.after_step:
             hook(self)
         self.is_stepping = False
-        return failure
+        if failure is not None:
+            raise failure.to_error() from failure.error
 
     # -- within a step
 
-    def _run_functions(self) -> Failure | None:
+    def _run_functions(self, together: bool) -> Generator[VectorizedCall, Any, Failure | None]:
         """Run the functions that are due and return the failure that ends the run, if any.
 
         What they publish and change is delivered when all of them have run, so their order does not matter.
@@ -432,7 +445,8 @@ class ClosedLoop(Closing):
             for function in self.functions:
                 if not function.is_bound:
                     continue  # it was removed in this step
-                if not self._make_calls(function, now_ns) and self.on_error == "stop":
+                succeeded = yield from self._make_calls(function, now_ns, together and function.vectorized)
+                if not succeeded and self.on_error == "stop":
                     break
                 if function.deferring:
                     changing.append(function)
@@ -446,14 +460,22 @@ class ClosedLoop(Closing):
         failed = self.on_error == "stop" and len(self.failures) > n_before
         return self.failures[n_before] if failed else None
 
-    def _make_calls(self, function: TransferFunction, now_ns: int) -> bool:
+    def _make_calls(
+        self, function: TransferFunction, now_ns: int, together: bool
+    ) -> Generator[VectorizedCall, Any, bool]:
         """Make the calls of a function that are due in this step, and return whether all succeeded."""
         start_ns = now_ns - self.plan.period_ns
         for call in function.calls_due(start_ns):
             began, failed = work.now_ns(), False
             try:
                 t = seconds(now_ns if self.tf_time == "end" else start_ns)
-                self.time_limit.call(function.run, now_ns, t, call)
+                if together:
+                    prepared, waits = function.prepare(now_ns, t, call), work.now_ns()
+                    result, share_ns = yield function, prepared
+                    began += work.now_ns() - waits - share_ns
+                    function.complete(result)
+                else:
+                    self.time_limit.call(function.run, now_ns, t, call)
             except (SimulationError, LifecycleError):
                 raise  # an engine failed while the function used it
             except (Exception, SystemExit, TimeLimitExceeded) as error:  # noqa: BLE001 - whatever users write may raise anything

@@ -13,6 +13,7 @@ from typing import Any, ClassVar, Self, get_args
 from nrp_core.brain.interface import Brain
 from nrp_core.clock import seconds
 from nrp_core.dsl.calls import ONCE, Call, Calls, Throttle, calls_for_messages
+from nrp_core.dsl.copies import Copies, gathered, rows_of
 from nrp_core.dsl.parameters import (
     Adapter,
     Binding,
@@ -94,6 +95,7 @@ class TransferFunction:
         calls: whether the messages of a step make it run ``once``, or ``each`` of them makes it run.
         throttling_rate: the largest number of runs per second.
         priority: functions with a higher priority run first within a step.
+        vectorized: whether its arguments are :class:`~nrp_core.dsl.copies.Copies`.
 
     Attributes:
         deferring: the parameters with changes that wait for :meth:`deliver`, once bound.
@@ -112,8 +114,9 @@ class TransferFunction:
         throttling_rate: float | None = None,
         priority: int = 0,
         calls: Calls = "once",
+        vectorized: bool = False,
     ) -> None:
-        self.function = function
+        self.function, self.vectorized = function, vectorized
         self.name = function.__name__
         self.place = SourceLine.of_code(inspect.unwrap(function).__code__)
         self.__doc__ = function.__doc__
@@ -310,6 +313,16 @@ class TransferFunction:
             TopicError: its topic cannot carry the return value.
             NetworkError: it has set an impossible weight.
         """
+        prepared = self.prepare(now_ns, t, call)
+        if self.vectorized:
+            (result,) = call_for_copies([(self, prepared)])
+        else:
+            result = self.function(prepared, *self._arguments)  # type: ignore[misc]  # it is bound
+        self.complete(result)
+        return result
+
+    def prepare(self, now_ns: int, t: float | None, call: Call) -> float:
+        """Update its parameters for a call, as :meth:`run` does; return the time for the function, s."""
         if self._arguments is None:
             raise LifecycleError(f"'{self.name}' is not bound; call bind(brain, world) first")
         if call.t_ns is None:
@@ -318,7 +331,10 @@ class TransferFunction:
         else:
             t = seconds(call.t_ns)
             self._refresh_for(call, now_ns)
-        result = self.function(seconds(now_ns) if t is None else t, *self._arguments)
+        return seconds(now_ns) if t is None else t
+
+    def complete(self, result: Any) -> None:
+        """Apply what a call has changed, and send its return value, as :meth:`run` does."""
         for name, changed in self._committed.items():
             self._finish(name, changed.commit)
         if result is not None and self._publisher is not None:
@@ -326,7 +342,6 @@ class TransferFunction:
                 self._publisher.send_message(result)
             except TopicError as error:
                 raise self.place.located(error, f"return value of '{self.name}'") from None
-        return result
 
     def _refresh_for(self, call: Call, now_ns: int) -> None:
         """Show the messages up to a given one, and the present state of the devices."""
@@ -414,6 +429,20 @@ class TransferFunction:
         return TriggerError(message, path=self.place.path, line=self.place.line)
 
 
+def call_for_copies(calls: Sequence[tuple[TransferFunction, float]]) -> Sequence[Any]:
+    """Call a vectorised function once for several copies.
+
+    Args:
+        calls: the function of each copy, prepared, and its time, s.
+
+    Returns:
+        The result for each copy.
+    """
+    functions, times = zip(*calls, strict=True)
+    arguments = (Copies(each) for each in zip(*(one.adapters.values() for one in functions), strict=True))
+    return rows_of(functions[0].function(gathered([*times]), *arguments), len(functions))
+
+
 def _runs_when_called(function: Callable[..., Any]) -> bool:
     waiting = (inspect.isgeneratorfunction, inspect.iscoroutinefunction, inspect.isasyncgenfunction)
     return not any(waits(function) for waits in waiting)
@@ -437,6 +466,7 @@ class _FunctionDecorator:
         *,
         priority: int = 0,
         calls: Calls = "once",
+        vectorized: bool = False,
     ) -> None:
         self.place = SourceLine.of_caller()
         if not (triggers is None or isinstance(triggers, (str, list, tuple))):
@@ -451,7 +481,7 @@ class _FunctionDecorator:
             raise self.place.error("calls='each' needs the topics whose messages call it: triggers=[...]")
         self._triggers = TIME if triggers is None else triggers
         self._throttling_rate = throttling_rate
-        self._priority, self._calls = priority, calls
+        self._priority, self._calls, self._vectorized = priority, calls, vectorized
 
     def __call__(self, function: Callable[..., Any]) -> TransferFunction:
         """Return the transfer function, registered with the current collector."""
@@ -470,6 +500,7 @@ class _FunctionDecorator:
         return TransferFunction(
             function, flow=self.flow, topic=self.topic, triggers=self._triggers,
             throttling_rate=self._throttling_rate, priority=self._priority, calls=self._calls,
+            vectorized=self._vectorized,
         )  # fmt: skip
 
 
@@ -479,7 +510,7 @@ class Neuron2Robot(_FunctionDecorator):
     Args:
         robot_topic: the topic that the return value is published on, unless the value is None. Without a
                 topic the value is ignored.
-        triggers, throttling_rate, priority, calls: see :class:`Robot2Neuron`.
+        triggers, throttling_rate, priority, calls, vectorized: see :class:`Robot2Neuron`.
     """
 
     flow = Flow.NEURON_TO_ROBOT
@@ -492,8 +523,9 @@ class Neuron2Robot(_FunctionDecorator):
         *,
         priority: int = 0,
         calls: Calls = "once",
+        vectorized: bool = False,
     ) -> None:
-        super().__init__(triggers, throttling_rate, priority=priority, calls=calls)
+        super().__init__(triggers, throttling_rate, priority=priority, calls=calls, vectorized=vectorized)
         self.topic = None if robot_topic is None else Topic.of(robot_topic)
 
 
@@ -509,6 +541,9 @@ class Robot2Neuron(_FunctionDecorator):
             ``.messages``. ``each``: it runs once for each message of a triggering topic, in the order of
             their times; ``t`` is the time of the message, and every topic shows its last message by then. A
             spike recorder makes it run once in a step.
+        vectorized: whether it is called once for all copies that an environment steps together: numbers of
+            its parameters and messages are arrays, whose first axis is that of the copies. A run alone is
+            one copy.
 
     Raises:
         TransferFunctionError: an argument is invalid.

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.dsl.afferents import Spindle, TendonOrgan
+from nrp_core.dsl.copies import for_copies
 from nrp_core.messages.sensor_msgs import Image
 
 __all__ = [
@@ -163,6 +164,7 @@ class RedShares:
         return self.go_on
 
 
+@for_copies
 def detect_red(image: Image | None) -> RedShares:
     """Return the share of red in the left and right half of an image.
 
@@ -194,6 +196,7 @@ class ColorValues:
     right_blue: FloatArray
 
 
+@for_copies
 def get_color_values(image: Image | None, width: int = 40, height: int = 30) -> ColorValues:
     """Return the colours of an image resized to ``width`` x ``height``, on an exponential scale for neurons.
 
@@ -213,6 +216,7 @@ def get_color_values(image: Image | None, width: int = 40, height: int = 30) -> 
     return ColorValues(*(half[:, :, channel].ravel() for half in halves for channel in range(3)))
 
 
+@for_copies
 def find_centroid_hsv(
     image: Image | None, lower: Sequence[int], upper: Sequence[int]
 ) -> tuple[int, int] | None:
@@ -228,7 +232,7 @@ def find_centroid_hsv(
     if not _has_pixels(image):
         return None
     if wrong := wrong_bounds(lower, upper):
-        warnings.warn(f"find_centroid_hsv: no colour is found: {wrong}", stacklevel=2)
+        warnings.warn(f"find_centroid_hsv: no colour is found: {wrong}", stacklevel=3)
     rows, columns = np.nonzero(_matching(image, lower, upper))
     return (int(columns.mean()), int(rows.mean())) if len(rows) else None
 

@@ -17,21 +17,23 @@ TRACK = 0.331  # m between the wheels
 @nrp.MapSpikeSource("left", nrp.brain.feelers[:CELLS], nrp.poisson, weight=6.0)
 @nrp.MapSpikeSource("right", nrp.brain.feelers[CELLS:], nrp.poisson, weight=6.0)
 @nrp.MapRobotPublisher("clearance", nrp.Topic("/pioneer/clearance", Float64))
-@nrp.Robot2Neuron(triggers=["scan"])
+@nrp.Robot2Neuron(triggers=["scan"], vectorized=True)
 def feel(t, scan, left, right, clearance):
     """Drive the feelers by the distances of obstacles, ahead most strongly; beams run from right to left."""
-    beams = scan.value
-    ranges = np.clip(beams.ranges, 0.0, beams.range_max)
-    angles = beams.angle_min + beams.angle_increment * np.arange(len(ranges))
+    beams = scan.value  # arrays with a row for each copy of the experiment
+    ranges = np.clip(beams.ranges, 0.0, beams.range_max[:, None], dtype=np.float32)
+    step = beams.angle_increment[:, None]
+    angles = beams.angle_min[:, None] + step * np.arange(ranges.shape[1])
     felt = np.clip(1.0 - ranges / REACH, 0.0, 1.0) * np.cos(angles) ** 2
-    aside = beams.angle_increment / 2  # a beam straight ahead is on neither side
-    right.rate, left.rate = RATE * felt[angles < -aside].max(), RATE * felt[angles > aside].max()
-    clearance.send_message(Float64(float(ranges.min())))
+    aside = step / 2  # a beam straight ahead is on neither side
+    right.rate = RATE * np.where(angles < -aside, felt, 0.0).max(axis=1)
+    left.rate = RATE * np.where(angles > aside, felt, 0.0).max(axis=1)
+    clearance.send_message(Float64(ranges.min(axis=1)))
 
 
 @nrp.MapSpikeSink("left", nrp.brain.wheels[:CELLS], nrp.population_rate, tau_fall=50.0)
 @nrp.MapSpikeSink("right", nrp.brain.wheels[CELLS:], nrp.population_rate, tau_fall=50.0)
-@nrp.Neuron2Robot(nrp.Topic("/pioneer/cmd_vel", Twist))
+@nrp.Neuron2Robot(nrp.Topic("/pioneer/cmd_vel", Twist), vectorized=True)
 def drive(t, left, right):
     forward, turn = SPEED * (left.rate + right.rate) / 2, SPEED * (right.rate - left.rate) / TRACK
     return Twist(Vector3(forward), Vector3(0.0, 0.0, turn))

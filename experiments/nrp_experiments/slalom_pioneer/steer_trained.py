@@ -19,19 +19,19 @@ TRACK = 0.331  # m between the wheels
     "feelers", nrp.map_neurons(SECTORS, lambda i: nrp.brain.feelers[i]), nrp.poisson, weight=1.0
 )
 @nrp.MapRobotPublisher("clearance", nrp.Topic("/pioneer/clearance", Float64))
-@nrp.Robot2Neuron(triggers=["scan"])
+@nrp.Robot2Neuron(triggers=["scan"], vectorized=True)
 def feel(t, scan, feelers, clearance):
     """Drive the inputs by the nearness of obstacles."""
-    beams = scan.value
-    ranges = np.clip(beams.ranges, 0.0, beams.range_max)
-    angles = beams.angle_min + beams.angle_increment * np.arange(len(ranges))
-    feelers.rate = (RATE * sectors(ranges, angles)).tolist()
-    clearance.send_message(Float64(float(ranges.min())))
+    beams = scan.value  # arrays with a row for each copy of the experiment
+    ranges = np.clip(beams.ranges, 0.0, beams.range_max[:, None], dtype=np.float32)
+    angles = beams.angle_min[:, None] + beams.angle_increment[:, None] * np.arange(ranges.shape[1])
+    feelers.rate = RATE * sectors(ranges, angles)
+    clearance.send_message(Float64(ranges.min(axis=1)))
 
 
 @nrp.MapSpikeSink("left", nrp.brain.wheels[:CELLS], nrp.population_rate, tau_fall=50.0)
 @nrp.MapSpikeSink("right", nrp.brain.wheels[CELLS:], nrp.population_rate, tau_fall=50.0)
-@nrp.Neuron2Robot(nrp.Topic("/pioneer/cmd_vel", Twist))
+@nrp.Neuron2Robot(nrp.Topic("/pioneer/cmd_vel", Twist), vectorized=True)
 def drive(t, left, right):
     forward, turn = SPEED * (left.rate + right.rate) / 2, SPEED * (right.rate - left.rate) / TRACK
     return Twist(Vector3(forward), Vector3(0.0, 0.0, turn))

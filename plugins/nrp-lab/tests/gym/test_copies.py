@@ -47,7 +47,8 @@ def alone(name, overrides, seed):
         ("braitenberg_husky", [SMALL]),
         ("braitenberg_husky", [SMALL, "world.backend=pybullet"]),
         ("braitenberg_husky", [SMALL, "brain.options.resolution=0.1 ms"]),
-        ("slalom_pioneer", []),
+        ("braitenberg_husky/nrp_gains", [SMALL]),
+        ("slalom_pioneer/trained", []),
         ("slalom_pioneer", ["brain.options.resolution=1 ms"]),
         ("following_head", [SMALL]),
     ],
@@ -129,9 +130,9 @@ def test_an_error_of_one_copy_is_that_of_its_run_alone(tmp_path):
         run.close()
 
 
-@pytest.mark.parametrize("name", ["braitenberg_husky", "slalom_pioneer"])
+@pytest.mark.parametrize("name", ["braitenberg_husky/nrp_gains", "slalom_pioneer"])
 def test_copies_at_different_times_equal_their_runs_alone(name):
-    runs = opened(name, [SMALL] if name == "braitenberg_husky" else [])
+    runs = opened(name, [SMALL] if "husky" in name else [])
     with SideBySide() as together:
         for seed, run in zip(SEEDS, runs, strict=True):
             run.loop.reset(seed=seed)
@@ -140,7 +141,7 @@ def test_copies_at_different_times_equal_their_runs_alone(name):
                 runs[1].loop.reset(seed=SEEDS[1])
             chosen = runs[:2] if step == 20 else runs
             assert together.step([run.loop for run in chosen]) == {}
-    _, paths, state = alone(name, [SMALL] if name == "braitenberg_husky" else [], SEEDS[1])
+    _, paths, state = alone(name, [SMALL] if "husky" in name else [], SEEDS[1])
     assert path(runs[1]) == paths[-1]
     assert pickle.dumps(runs[1].loop.save()) == state
     for run in runs[::-1]:

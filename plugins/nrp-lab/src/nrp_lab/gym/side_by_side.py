@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import Any, TypeAlias
 
 from nrp_core.brain import Closing
-from nrp_core.cle.loop import ClosedLoop
+from nrp_core.cle.loop import ClosedLoop, EndOfStep, VectorizedCall, call_for_copies
 from nrp_core.utilities import time_limit
+
+Waiting: TypeAlias = tuple[EndOfStep, VectorizedCall]
+"""The end of a step, and the call of a vectorised function that it waits for."""
 
 
 class SideBySide(Closing):
     """Steps independent loops together; each takes the step that it would take alone.
 
     Brains and worlds of all loops advance on threads. Transfer functions and hooks run on the calling thread,
-    loop by loop, because code of users may share values. The pace of a loop is ignored, and calls
-    that other threads make on a loop are not held back until the end of a step.
+    loop by loop, because code of users may share values; vectorised functions are called once for all loops.
+    The pace of a loop is ignored, and calls that other threads make on a loop are not held back until the end
+    of a step.
 
     Args:
         threads: number of threads; 1: the calling one.
@@ -39,11 +46,15 @@ class SideBySide(Closing):
         failed: dict[int, Exception] = {}
         with time_limit.DeferredInterrupt(), limit.watching():
             if self._pool is None:  # a loop at a time, while the data of its sides are in the fastest caches
-                self._each(loops, _step, failed)
+                waiting = self._each(dict(enumerate(partial(_step, loop) for loop in loops)), failed)
             else:
-                self._each(loops, ClosedLoop.begin_step, failed)
-                self._each(loops, ClosedLoop.advance_in_turn, failed, self._pool)
-                self._each(loops, _end, failed)
+                for part, pool in ((ClosedLoop.begin_step, None), (ClosedLoop.advance_in_turn, self._pool)):
+                    self._each({n: partial(part, loop) for n, loop in enumerate(loops)}, failed, pool)
+                waiting = self._each({n: partial(_end, loop) for n, loop in enumerate(loops)}, failed)
+            while waiting:
+                waiting |= self._each(_continuations(waiting, limit), failed)
+        for number in failed:
+            loops[number].is_stepping = False
         return dict(sorted(failed.items()))
 
     def close(self) -> None:
@@ -53,33 +64,68 @@ class SideBySide(Closing):
 
     def _each(
         self,
-        loops: Sequence[ClosedLoop],
-        part: Callable[[ClosedLoop], None],
+        parts: Mapping[int, Callable[[], Waiting | None]],
         failed: dict[int, Exception],
         pool: ThreadPoolExecutor | None = None,
-    ) -> None:
-        """Call a part of the step for each loop that has not failed, on the threads of a pool if given."""
+    ) -> dict[int, Waiting]:
+        """Take a part of the step of each loop that has not failed, on the threads of a pool if given.
 
-        def work(share: range) -> None:
+        Returns:
+            The loops that wait for a call.
+        """
+        waiting: dict[int, Waiting] = {}
+
+        def work(share: Sequence[int]) -> None:
             for number in share:
                 if number not in failed:
                     try:
-                        part(loops[number])
+                        if (waits := parts[number]()) is not None:
+                            waiting[number] = waits
                     except Exception as error:  # noqa: BLE001 - the caller decides about each loop
-                        loops[number].is_stepping = False
                         failed[number] = error
 
-        shares = [range(first, len(loops), self.threads) for first in range(self.threads)]
+        n = self.threads if pool is not None else 1
+        shares = [[*parts][first::n] for first in range(n)]
         list(pool.map(work, shares) if pool is not None else map(work, shares))
+        return waiting
 
 
-def _step(loop: ClosedLoop) -> None:
+def _step(loop: ClosedLoop) -> Waiting | None:
     loop.begin_step()
     loop.advance_in_turn()
-    _end(loop)
+    return _end(loop)
 
 
-def _end(loop: ClosedLoop) -> None:
-    failure = loop.end_step()
-    if failure is not None:
-        raise failure.to_error() from failure.error
+def _end(loop: ClosedLoop) -> Waiting | None:
+    ending = loop.end_step(together=True)
+    return _waits(ending, partial(next, ending))
+
+
+def _waits(ending: EndOfStep, go_on: Callable[[], VectorizedCall]) -> Waiting | None:
+    """Continue the end of a step; return the call that it waits for, if any."""
+    try:
+        return ending, go_on()
+    except StopIteration:
+        return None
+
+
+def _continuations(
+    waiting: dict[int, Waiting], limit: time_limit.TimeLimit
+) -> dict[int, Callable[[], Waiting | None]]:
+    """Make the call that the first loop waits for; return how it continues, and all that wait for the same.
+
+    These are removed from those that wait.
+    """
+    name = next(iter(waiting.values()))[1][0].name
+    numbers = [number for number, (_, call) in waiting.items() if call[0].name == name]
+    endings, calls = zip(*map(waiting.pop, numbers), strict=True)
+    steps: list[Callable[[], Any]]
+    began = time.perf_counter_ns()
+    try:
+        results = limit.call(call_for_copies, calls)
+        share_ns = (time.perf_counter_ns() - began) // len(calls)
+        steps = [partial(end.send, (row, share_ns)) for end, row in zip(endings, results, strict=True)]
+    except BaseException as error:  # noqa: BLE001 - each loop treats it as an error of its own
+        steps = [partial(ending.throw, error) for ending in endings]
+    parts = (partial(_waits, ending, step) for ending, step in zip(endings, steps, strict=True))
+    return dict(zip(numbers, parts, strict=True))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from functools import partial
@@ -24,6 +25,8 @@ from nrp_core.world.batch import threads_for
 from nrp_lab.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name, warn_of_findings
 from nrp_lab.gym.env import CLOSED
 from nrp_lab.gym.side_by_side import SideBySide
+
+_logger = logging.getLogger(__name__)
 
 
 def mode_of(given: str | AutoresetMode) -> AutoresetMode:
@@ -261,11 +264,20 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
         others = [
             self._opened.enter_context(Run(first.experiment, beside=first)) for _ in range(num_envs - 1)
         ]
-        self.runs = (first, *others)
+        self.runs, self._agent = (first, *others), agent
         like = AgentRun(first, agent)
         self._copies = (like, *(AgentRun(run, agent, like) for run in others))
+        if calls := self.python_calls:
+            _logger.info("Python functions: %d calls per copy in a step (%s)", len(calls), ", ".join(calls))
         chosen = threads or threads_for([run.world for run in self.runs])
         self._together = self._opened.enter_context(SideBySide(min(chosen, num_envs)))
+
+    @property
+    def python_calls(self) -> list[str]:
+        """The names of the Python functions that are called for each copy, not once for all."""
+        agent, functions = self._agent, self.runs[0].loop.functions
+        judging = [name for name in ("reward", "terminate") if callable(getattr(agent, name))]
+        return [*(one.name for one in functions if not one.vectorized), *judging]
 
     # -- as Gymnasium calls it
 

@@ -1,0 +1,104 @@
+"""The parameters of a vectorised function: those of all copies of an experiment, with a row for each copy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import fields, is_dataclass
+from functools import wraps
+from typing import Any, Final, TypeVar, cast
+
+import numpy as np
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_NUMBERS: Final = frozenset({bool, int, float, np.bool_, np.int64, np.float64})
+_ARRAYS: Final = frozenset({list, np.ndarray})
+
+
+class Copies:
+    """An object of each copy.
+
+    An attribute of numbers or arrays is one array, whose first axis is that of the copies; any other
+    attribute is a :class:`Copies` again. A value that is set, or passed to a method, is an array with a row
+    for each copy, a message of such arrays, or anything else, which is the same for all copies.
+
+    Args:
+        each: the object of each copy; an iteration gives them.
+    """
+
+    __slots__ = ("_each",)
+
+    def __init__(self, each: Sequence[Any]) -> None:
+        object.__setattr__(self, "_each", each)
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._each)
+
+    def __getitem__(self, index: Any) -> Any:
+        return gathered([one[index] for one in self._each])
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return gathered([getattr(one, name) for one in self._each])
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        for one, row in zip(self._each, rows_of(value, len(self._each)), strict=True):
+            setattr(one, name, row)
+
+    def __call__(self, *values: Any, **named: Any) -> Any:
+        n = len(self._each)
+        rows = list(zip(*(rows_of(value, n) for value in values), strict=True)) or [()] * n
+        options = [{name: rows_of(value, n)[i] for name, value in named.items()} for i in range(n)]
+        return gathered([one(*row, **own) for one, row, own in zip(self._each, rows, options, strict=True)])
+
+    def __repr__(self) -> str:
+        return f"<{len(self._each)} copies of {self._each[0]!r:.60}>"
+
+
+def gathered(each: list[Any]) -> Any:
+    """Return a value of each copy as one array that cannot be written, or as :class:`Copies`."""
+    kinds = {*map(type, each)}
+    if kinds <= _NUMBERS or (len(kinds) == 1 and kinds <= _ARRAYS and _are_alike(each)):
+        rows = np.array(each)
+        rows.flags.writeable = False  # a change would be lost
+        return rows
+    return Copies(each)
+
+
+def _are_alike(each: list[Any]) -> bool:
+    if isinstance(each[0], np.ndarray):
+        return len({one.shape for one in each}) == 1
+    return {len(one) for one in each} == {len(each[0])} and {type(v) for one in each for v in one} <= _NUMBERS
+
+
+def rows_of(value: Any, n: int) -> Sequence[Any]:
+    """Return the part of a value for each of ``n`` copies.
+
+    Raises:
+        ValueError: an array does not have a row for each copy.
+    """
+    if isinstance(value, np.ndarray) and value.ndim:
+        if len(value) != n:
+            raise ValueError(f"an array of shape {value.shape} does not have a row for each of {n} copies")
+        return value.tolist() if value.ndim == 1 else list(value)
+    if isinstance(value, Copies):
+        return list(value)
+    if is_dataclass(value) and not isinstance(value, type):
+        parts = [getattr(value, field.name) for field in fields(value)]
+        if any(isinstance(part, np.ndarray) or is_dataclass(part) for part in parts):
+            kind: Any = type(value)
+            return [kind(*row) for row in zip(*(rows_of(part, n) for part in parts), strict=True)]
+    return [value] * n
+
+
+def for_copies(function: F) -> F:
+    """Let a function that takes an object of one copy first take :class:`Copies` as well."""
+
+    @wraps(function)
+    def call(first: Any, *others: Any, **named: Any) -> Any:
+        if isinstance(first, Copies):
+            return gathered([function(one, *others, **named) for one in first])
+        return function(first, *others, **named)
+
+    return cast("F", call)

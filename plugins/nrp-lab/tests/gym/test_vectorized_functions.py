@@ -1,0 +1,121 @@
+"""A vectorised function, called once for all copies, computes what it computes in each of them alone."""
+
+import pickle
+from contextlib import ExitStack
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from nrp_lab.gym.side_by_side import SideBySide
+
+import nrp_core.dsl as nrp
+from nrp_core.cle import ClosedLoop
+from nrp_core.clock import NS_PER_MS
+from nrp_core.dsl.testing import MockBrain, MockWorld
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.messages.std_msgs import Float64
+
+STEP_NS = 20 * NS_PER_MS
+NUMBERS = st.floats(-1e6, 1e6)
+
+
+def computed():
+    """Return a function with each kind of parameter, made anew as by each copy."""
+
+    @nrp.MapRobotSubscriber("x", nrp.Topic("/in", Float64), initial_value=Float64(0.5))
+    @nrp.MapVariable("total", initial_value=0.0)
+    @nrp.MapVariable("trace", initial_value=np.zeros(2))
+    @nrp.MapSpikeSource("eyes", nrp.map_neurons(2, lambda i: nrp.brain.cells[i]), nrp.poisson)
+    @nrp.MapSpikeSink("rate", nrp.brain.cells, nrp.population_rate)
+    @nrp.MapRobotPublisher("also", nrp.Topic("/also", Float64))
+    @nrp.MapCSVRecorder("rows", "rows.csv", ["t", "total"])
+    @nrp.Neuron2Robot(nrp.Topic("/out", Twist), throttling_rate=30, vectorized=True)
+    def compute(t, x, total, trace, eyes, rate, also, rows):
+        total.value = 0.9 * total.value + np.sin(x.value.data) + rate.rate
+        trace.value = np.stack([total.value, t], axis=1)
+        eyes.rate = np.abs(trace.value) % 100.0
+        also.send_message(Float64(np.where(x.changed, total.value, -1.0)))
+        rows.record_entry(t, total.value)
+        return Twist(Vector3(total.value, 1.0), Vector3(0.0, 0.0, eyes.rate[:, 1]))
+
+    return compute
+
+
+class Copy:
+    """A loop between mocks, and what its functions publish."""
+
+    def __init__(self, function):
+        self.brain = MockBrain({"cells": 2})
+        self.world = MockWorld({"/in": Float64, "/out": Twist, "/also": Float64})
+        self.loop = ClosedLoop(self.brain, self.world, [function], period_ns=STEP_NS)
+        self.published = []
+        self.world.add_observer(
+            lambda topic, one: self.published.append((topic, one.t_ns, repr(one.message)))
+        )
+
+    def give(self, number):
+        if number is not None:
+            self.loop.publish("/in", Float64(number))
+            self.brain.fire([0], [(self.loop.now_ns + STEP_NS) / NS_PER_MS])
+
+    def state(self):
+        return self.published, pickle.dumps(self.loop.save())
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.lists(st.lists(st.none() | NUMBERS, min_size=3, max_size=3), min_size=1, max_size=6), st.data())
+def test_copies_compute_what_runs_alone_compute(inputs, data):
+    copies, runs = [Copy(computed()) for _ in range(3)], [Copy(computed()) for _ in range(3)]
+    with SideBySide() as together:
+        for row in inputs:
+            stepped = data.draw(st.lists(st.sampled_from(range(3)), min_size=1, unique=True))
+            for number in stepped:
+                copies[number].give(row[number])
+                runs[number].give(row[number])
+                runs[number].loop.step()
+            assert together.step([copies[number].loop for number in stepped]) == {}
+    assert [one.state() for one in copies] == [one.state() for one in runs]
+
+
+def made_of(body, **options):
+    @nrp.MapVariable("own", initial_value=0.0)
+    @nrp.MapVariable("memory", initial_value=np.zeros(2))
+    @nrp.Neuron2Robot(nrp.Topic("/also", Float64), vectorized=True, **options)
+    def function(t, own, memory):
+        return body(SimpleNamespace(t=t, own=own, memory=memory))
+
+    return function
+
+
+def stepped(body, **options):
+    """Return the errors of three copies, whose variable is their number, and the messages of each."""
+    with ExitStack() as opened:
+        together = opened.enter_context(SideBySide())
+        copies = [Copy(made_of(body, **options)) for _ in range(3)]
+        for number, copy in enumerate(copies):
+            copy.loop.functions[0].own.value = float(number)
+        failed = together.step([copy.loop for copy in copies])
+    return failed, [len(copy.published) for copy in copies]
+
+
+def test_a_value_that_a_topic_cannot_carry_fails_its_copy_alone():
+    failed, sent = stepped(lambda own: np.where(own.own.value == 1.0, np.nan, own.own.value))
+    assert [*failed] == [1]
+    assert sent == [1, 0, 1]
+
+
+@pytest.mark.parametrize(
+    ("body", "kind"),
+    [
+        (lambda own: 1.0 / int(own.own.value[0]), "ZeroDivisionError"),
+        (lambda own: own.memory.value.__iadd__(1.0), "ValueError"),  # would be lost
+        (lambda own: setattr(own.own, "value", np.zeros(2)), "ValueError"),
+        (lambda own: own.own.valeu, "AttributeError"),
+    ],
+)
+def test_an_error_in_a_function_is_one_of_all_copies(body, kind):
+    failed, sent = stepped(body)
+    assert [kind in str(failed[number]) for number in range(3)] == [True] * 3
+    assert sent == [0, 0, 0]
