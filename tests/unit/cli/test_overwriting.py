@@ -111,7 +111,8 @@ OTHERS = {
     *((command, "recording") for command in ("replay", "plot", "video", "export", "recover")),
     ("functions", "add"), ("inspect", "file"), ("replay", "functions"), ("diff", "other"),
     ("conformance", "scene"), ("generate", "file"), ("import", "file"), ("import-connectome", "edges"),
-    ("import-connectome", "neurons"), ("evolve", "folder"), ("sweep", "folder"),
+    ("import-connectome", "neurons"), ("import-connectome", "junctions"), ("evolve", "folder"),
+    ("sweep", "folder"),
 }  # fmt: skip
 """Options and arguments that name a file to read."""
 
@@ -132,7 +133,7 @@ def here(nrp, experiment: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     monkeypatch.chdir(tmp_path)
     shutil.copytree(experiment, "experiment")
     Path("model.bibi").write_text(BIBI)
-    Path("edges.csv").write_text("pre,post,weight\n1,2,3\n")
+    Path("edges.csv").write_text("pre,post,weight\n1,2,-3\n")
     Path("v4").mkdir()
     Path("v4/simulation_config.json").write_text(V4)
     Path("v4/engine.py").write_text(ENGINE)

@@ -48,12 +48,15 @@ def test_gap_junctions_are_counted_and_have_the_given_conductance(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("edges.csv").write_text("pre,post,weight,type\n1,2,3,chemical\n2,1,2,electrical\n1,2,2,electrical\n")
-    done = nrp("import-connectome", "edges.csv", "--junction-ns", "0.5")
+    done = nrp("import-connectome", "edges.csv", "--junction-ns", "0.5", "--unknown", "excite")
     assert "2 neurons, 1 excitatory edges, 1 electrical edges" in done.out
     assert [float(one.weight[0]) for one in read_network("edges.nrpnet").projections][1] == pytest.approx(
         1e-3
     )
-    assert "electrical" not in nrp("import-connectome", "edges.csv", "--junction-ns", "0").out
+    assert (
+        "electrical"
+        not in nrp("import-connectome", "edges.csv", "--junction-ns", "0", "--unknown", "excite").out
+    )
 
 
 def test_a_wrong_table_is_one_error(tmp_path: Path, nrp: Callable[..., Any], golden: Golden) -> None:

@@ -68,7 +68,7 @@ def test_the_digest_is_that_of_the_merged_table_for_rows_in_any_order_and_number
         feather.write_feather(pa.table(columns), str(path), chunksize=3)
         with pytest.MonkeyPatch.context() as patched:
             patched.setattr(wiring, "FEWEST", at_once)
-            digests.add(read_connectome(path, neurons).network.digest)
+            digests.add(read_connectome(path, neurons, unknown="excite").network.digest)
     assert len(digests) == 1
 
 
@@ -80,7 +80,7 @@ def test_a_table_with_a_row_for_each_synapse_is_counted(tmp_path: Path) -> None:
     }
     path = tmp_path / "synapses.feather"
     feather.write_feather(pa.table({"id": [1, 2, 3, 4], **ends, "cleft_score": [50.0] * 4}), str(path))
-    made = read_connectome(path, unit_mv=0.5)
+    made = read_connectome(path, unit_mv=0.5, unknown="excite")
     (edges,) = made.network.projections
     pairs = [*zip(edges.pre_index.tolist(), edges.post_index.tolist(), edges.weight.tolist(), strict=True)]
     assert pairs == [(0, 0, 0.5), (0, 1, 1.0), (1, 0, 0.5)]

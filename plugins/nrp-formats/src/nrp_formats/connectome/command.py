@@ -13,11 +13,26 @@ from nrp_core.cli.output import document, warn
 
 def import_connectome(
     edges: Annotated[
-        Path, typer.Argument(metavar="EDGES", help="Table of edges: .csv, .feather or .parquet.")
+        Path,
+        typer.Argument(
+            metavar="EDGES",
+            help="Table of edges (.csv, .tsv, .feather, .parquet), matrix in text, or .json file of cect.",
+        ),
     ],
     neurons: Annotated[
         Path | None,
         typer.Option("--neurons", "-n", metavar="TABLE", help="A table of neurons: ids, types, sides, ..."),
+    ] = None,
+    junctions: Annotated[
+        Path | None, typer.Option(metavar="TABLE", help="A table or matrix of gap junctions.")
+    ] = None,
+    unknown: Annotated[
+        str | None,
+        typer.Option(
+            metavar="RULE",
+            help="What edges of unknown sign are: exclude, excite, or a table with the columns type and sign "
+            "(excitatory, inhibitory, exclude).",
+        ),
     ] = None,
     output: Annotated[
         Path | None,
@@ -42,7 +57,7 @@ def import_connectome(
 ) -> None:
     """Make a network file from a connectome, with the cell model of Shiu et al. (2024)."""
     from nrp_core.network.files.network_file import SUFFIX, save_network
-    from nrp_formats.connectome.network import read_connectome
+    from nrp_formats.connectome.network import counts_by_type, read_connectome
 
     target = output or Path(f"{edges.stem}{SUFFIX}")
     if target.suffix != SUFFIX:
@@ -51,8 +66,9 @@ def import_connectome(
         )
     require_writable(target, "--output", overwrite=overwrite)
     made = read_connectome(
-        edges, neurons, groups=tuple(group or ()), unit_mv=unit_mv, delay_ms=delay_ms, junction_ns=junction_ns
-    )
+        edges, neurons, junctions=junctions, groups=tuple(group or ()), unit_mv=unit_mv, delay_ms=delay_ms,
+        junction_ns=junction_ns, unknown=unknown,
+    )  # fmt: skip
     save_network(made.network, target, overwrite=overwrite)
     sizes = {projection.label: projection.size for projection in made.network.projections}
     if json:
@@ -62,7 +78,9 @@ def import_connectome(
                 "file": target,
                 **facts,
                 "left_out": made.left_out,
-                "unsigned": made.unsigned,
+                "unknown": made.unknown,
+                "empty": made.empty,
+                "self_junctions": made.self_junctions,
                 "sources": made.sources,
                 "remarks": made.network.remarks,
             }
@@ -70,8 +88,15 @@ def import_connectome(
         return
     if made.left_out:
         warn(f"{made.left_out} edges were left out because one of their neurons is not in the table")
-    if made.unsigned:
-        warn(f"{made.unsigned} edges were taken as excitatory: the sign of their transmitter is unknown")
+    if made.empty:
+        warn(f"{made.empty} edges were left out because a cell of the table is empty")
+    if made.self_junctions:
+        warn(f"{made.self_junctions} gap junctions of a cell with itself have no effect and were left out")
+    if made.unknown:
+        warn(
+            f"{sum(made.unknown.values())} edges have a transmitter of unknown sign, to which '--unknown "
+            f"{unknown}' was applied: {counts_by_type(made.unknown)}"
+        )
     for remark in made.network.remarks:
         warn(remark)
     counts = ", ".join(f"{n} {label} edges" for label, n in sizes.items())

@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import compress
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
 from nrp_core.brain import FloatArray, IntArray
 from nrp_core.errors import NetworkError
-from nrp_formats.connectome.tables import chosen_column, column_names, ids_of, read_rows, sign_of
+from nrp_formats.connectome.signs import Signs
+from nrp_formats.connectome.tables import (
+    chosen_column,
+    column_ids,
+    column_names,
+    column_numbers,
+    column_texts,
+    read_rows,
+)
 
 IDS: Final = ("id", "root_id", "bodyId", "body", "Unnamed: 0", "", "neuron", "name")
 """Names of the column of ids: plain, FlyWire's, MaleCNS's, that of a table with an index, and of names."""
@@ -29,6 +38,7 @@ _TEXTS: Final = {
     ),
     "class": ("super_class", "superclass", "class"),
 }
+_LABELS: Final = ("name", "type", "class", "transmitter")
 _POSITION: Final = ("x", "y", "z")
 _MIDDLE: Final = ("m", "c", "centre", "central", "centered", "centred", "median", "midline", "middle")
 _SIDES: Final = {"l": "left", "r": "right", "center": "center", **dict.fromkeys(_MIDDLE, "center")}
@@ -42,7 +52,7 @@ class Neurons:
         ids: shape ``(n,)``, unique.
         texts: ``name``, ``type``, ``side``, ``transmitter``, ``class`` of each as far as known; empty texts.
         positions: in the unit of the table, shape ``(n, 3)``, or None.
-        remarks: a sentence about positions that are missing.
+        remarks: sentences about ids and positions that are missing.
     """
 
     ids: IntArray
@@ -50,11 +60,24 @@ class Neurons:
     positions: FloatArray | None = None
     remarks: tuple[str, ...] = ()
 
-    @property
-    def signs(self) -> IntArray:
-        """1 or -1 by the transmitter of each neuron; 0 where it is unknown."""
+    def signs(self, signs: Signs) -> IntArray:
+        """Return 1 or -1 by the transmitter of each neuron; 0 where it is unknown."""
         known = self.texts.get("transmitter")
-        return np.zeros(len(self.ids), int) if known is None else np.array([sign_of(text) for text in known])
+        if known is None:
+            return np.zeros(len(self.ids), int)
+        return np.array([signs.of_transmitter(text) for text in known], int)
+
+    def labels(self, index: int) -> list[str]:
+        """Return the name, type, class and transmitter of a neuron as far as they are known."""
+        found = (self.texts[what][index] for what in _LABELS if what in self.texts)
+        return [text for text in found if text]
+
+    def label(self, index: int) -> str:
+        """Return the type of a neuron; otherwise its class, transmitter or name."""
+        for what in ("type", "class", "transmitter", "name"):
+            if text := self.texts.get(what, {index: ""})[index]:
+                return text
+        return "without a type"
 
 
 def read_neurons(path: Path) -> Neurons:
@@ -74,15 +97,17 @@ def read_neurons(path: Path) -> Neurons:
     named: dict[int, str] = {}
     texts: dict[str, list[str]] = {what: [] for what in columns}
     positions: list[FloatArray] = []
+    empty = 0
     for rows in read_rows(path, [*dict.fromkeys([id_column, *columns.values(), *places])]):
-        found, ours = ids_of(path, id_column, rows[id_column])
-        ids.append(found)
+        found, filled, ours = column_ids(path, id_column, rows[id_column])
+        empty += int((~filled).sum())
+        ids.append(found[filled])
         named |= ours
         for what, column in columns.items():
-            texts[what] += ["" if text is None else str(text) for text in rows[column].to_pylist()]
+            texts[what] += compress(column_texts(rows[column]), filled.tolist())
         if places:
-            positions.append(np.stack([_numbers(rows[name]) for name in places], axis=1))
-    where = np.concatenate(positions) if positions else None
+            where = np.stack([column_numbers(path, name, rows[name]) for name in places], axis=1)
+            positions.append(where[filled])
     every = np.concatenate([np.empty(0, np.int64), *ids])
     order = np.sort(every)
     twice = order[1:][order[1:] == order[:-1]]
@@ -90,18 +115,16 @@ def read_neurons(path: Path) -> Neurons:
         who = named.get(int(twice[0]), twice[0])
         raise NetworkError(f"the neuron {who} is in the column '{id_column}' twice", path=path)
     if named:
-        texts.setdefault("name", [named[number] for number in every.tolist()])
-    remarks: tuple[str, ...] = ()
-    if where is not None:
-        missing = np.isnan(where).any(axis=1)
-        where[missing] = 0.0
+        texts.setdefault("name", [named.get(number, str(number)) for number in every.tolist()])
+    remarks = [f"{empty} rows of {path.name} without an id were left out"] if empty else []
+    place_um = np.concatenate(positions) if positions else None
+    if place_um is not None:
+        missing = np.isnan(place_um).any(axis=1)
+        place_um[missing] = 0.0
         if missing.any():
-            remarks = (f"{int(missing.sum())} of {len(every)} neurons have no position; theirs is 0, 0, 0",)
+            remarks.append(
+                f"{int(missing.sum())} of {len(every)} neurons have no position; theirs is 0, 0, 0"
+            )
     if "side" in texts:
         texts["side"] = [_SIDES.get(side.lower(), side) for side in texts["side"]]
-    return Neurons(every, texts, where, remarks)
-
-
-def _numbers(values: Any) -> FloatArray:
-    numbers: FloatArray = values.to_numpy(zero_copy_only=False).astype(float)
-    return numbers
+    return Neurons(every, texts, place_um, tuple(remarks))

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -13,7 +13,7 @@ import numpy as np
 from nrp_core.brain import BoolArray, FloatArray, IntArray, Projection
 from nrp_core.network.indices import Indices
 from nrp_core.network.synapses import ELECTRICAL
-from nrp_formats.connectome.edges import EdgeChunk, read_edges
+from nrp_formats.connectome.edges import EdgeChunk
 
 MIX: Final = np.uint64(0x9E3779B97F4A7C15)
 """Multiplication by the golden ratio spreads numbers over all those of 64 bits (Knuth)."""
@@ -99,6 +99,11 @@ class Sums:
         chosen.post, chosen.count = self.post[mine], self.count[mine]
         return chosen
 
+    def parts(self) -> Iterator[tuple[IntArray, FloatArray]]:
+        """Yield the edges as :meth:`add` takes them, some at a time."""
+        for low, high, first, last in self._parts():
+            yield self._keys(low, high, first, last), self.count[first:last].astype(float)
+
     def _added(self, keys: IntArray, counts: FloatArray) -> BoolArray:
         """Add the synapses of known pairs; return which pairs are new. The keys ascend."""
         is_new = np.ones(len(keys), bool)
@@ -153,45 +158,63 @@ class Wiring:
     Args:
         n_cells: number of neurons.
         rows: number of rows between known neurons.
-        left_out: number of rows that are not used, as in :class:`~nrp_formats.connectome.network.Connectome`.
+        left_out, empty: number of rows that are not used, as in
+            :class:`~nrp_formats.connectome.network.Connectome`.
+        self_junctions: number of gap junctions of a cell with itself; see :meth:`junctions`.
     """
 
     n_cells: int
     rows: int = 0
     left_out: int = 0
+    empty: int = 0
+    self_junctions: int = 0
 
     def __post_init__(self) -> None:
-        self.excitatory, self.inhibitory = Sums(self.n_cells), Sums(self.n_cells)
-        self.electrical = Sums(self.n_cells)
-        self._waiting: list[tuple[IntArray, FloatArray]] = []
+        self.excitatory, self.inhibitory, self.unknown, self.electrical = (
+            Sums(self.n_cells) for _ in range(4)
+        )
+        self.transmitters: Counter[str] = Counter()
+        self._waiting: list[tuple[IntArray, Any, Any]] = []
+        self._is_plain = True
 
-    def read(self, path: Path, ids: IntArray) -> None:
-        """Read the edges between neurons with these ids.
-
-        Raises:
-            NetworkError: as for :func:`~nrp_formats.connectome.edges.read_edges`.
-        """
+    def read(self, chunks: Iterable[EdgeChunk], ids: IntArray) -> None:
+        """Add the edges between neurons with these ids."""
         places, n_waiting = Places(ids), 0
-        for part in read_edges(path):
-            keys, counts, is_electrical = self._placed(part, places)
+        for part in chunks:
+            keys, inside = self._placed(part, places)
+            counts, is_electrical = part.count[inside], part.is_electrical[inside]
             self.left_out += len(part.pre) - len(keys)
             self.rows += len(keys)
-            self.electrical.add(keys[is_electrical], np.abs(counts[is_electrical]))
-            keys, counts = keys[~is_electrical], counts[~is_electrical]
-            self._waiting.append((keys, counts.astype(np.float32)))
-            n_waiting += len(keys)
-            if n_waiting >= max(FEWEST, (len(self.excitatory) + len(self.inhibitory)) // 8):
+            self.empty += part.empty
+            self.transmitters += part.transmitters
+            self._is_plain &= part.is_plain or bool(is_electrical.all())
+            self.electrical.add(keys[is_electrical], counts[is_electrical])
+            is_chemical = ~is_electrical
+            signs = part.sign[inside].astype(np.int8)
+            self._waiting.append(
+                (keys[is_chemical], counts[is_chemical].astype(np.float32), signs[is_chemical])
+            )
+            n_waiting += int(is_chemical.sum())
+            if n_waiting >= max(FEWEST, self._n_chemical // 8):
                 self._sum_up()
                 n_waiting = 0
         self._sum_up()
 
-    def take_signs(self, signs: IntArray) -> int:
-        """Take the signs of the edges from their sources if no edge has one; return how many have none."""
-        if len(self.inhibitory):
-            return 0
-        both = self.excitatory
-        self.excitatory, self.inhibitory = both.only(signs >= 0), both.only(signs < 0)
-        return int(both.degrees[signs == 0].sum())
+    def take_signs(self, signs: IntArray) -> None:
+        """Give edges of unknown sign that of their source, unless the numbers of synapses have signs."""
+        is_signed = self._is_plain and len(self.inhibitory) > 0
+        self.assign(np.ones(self.n_cells, int) if is_signed else signs)
+
+    def assign(self, signs: IntArray) -> None:
+        """Give edges of unknown sign a sign by their source; those of sources with 0 stay unknown."""
+        for sums, mine in ((self.excitatory, signs > 0), (self.inhibitory, signs < 0)):
+            for keys, counts in self.unknown.only(mine).parts():
+                sums.add(keys, counts)
+        self.unknown = self.unknown.only(signs == 0)
+
+    @property
+    def _n_chemical(self) -> int:
+        return sum(map(len, (self.excitatory, self.inhibitory, self.unknown)))
 
     def projections(self, label: str, unit_mv: float, delay_ms: float) -> Iterator[Projection]:
         """Yield the edges of each sign, sorted by source and target, and release them."""
@@ -212,10 +235,12 @@ class Wiring:
         """Yield the gap junctions, if any.
 
         A table has a junction once, or from both cells, and then not always with the same number (of sections
-        in which it is seen): the larger one counts. One from a cell to itself has no effect and is omitted.
+        in which it is seen): the larger one counts. One from a cell to itself has no effect: it is counted in
+        ``self_junctions``.
         """
         pre, post = np.repeat(np.arange(self.n_cells), self.electrical.degrees), self.electrical.post
         keys = np.minimum(pre, post) * self.n_cells + np.maximum(pre, post)
+        self.self_junctions = int(((pre == post) & (self.electrical.count > 0.0)).sum())
         pairs, place = np.unique(keys[pre != post], return_inverse=True)
         counts = np.zeros(len(pairs))
         np.maximum.at(counts, place, self.electrical.count[pre != post])
@@ -226,16 +251,19 @@ class Wiring:
                 unit_us * counts, np.zeros(len(pairs)), synapse_type=ELECTRICAL,
             )  # fmt: skip
 
-    def _placed(self, part: EdgeChunk, places: Places) -> tuple[IntArray, FloatArray, BoolArray]:
-        """Return pair (source times number of neurons, plus target), number and kind of edges of neurons."""
+    def _placed(self, part: EdgeChunk, places: Places) -> tuple[IntArray, BoolArray]:
+        """Return source times number of neurons plus target of edges between neurons, and which they are."""
         (pre, is_pre), (post, is_post) = places.of(part.pre), places.of(part.post)
-        keys, inside = pre * self.n_cells + post, is_pre & is_post
-        return keys[inside], part.weight[inside], part.is_electrical[inside]
+        inside = is_pre & is_post
+        return (pre * self.n_cells + post)[inside], inside
 
     def _sum_up(self) -> None:
         """Add the rows that wait to the edges of each sign; rows without synapses vanish."""
-        keys, counts = (np.concatenate([np.empty(0, kind), *(one[k] for one in self._waiting)])
-                        for k, kind in enumerate((np.int64, np.float32)))  # fmt: skip
+        keys, counts, signs = (
+            np.concatenate([np.empty(0, kind), *(one[k] for one in self._waiting)])
+            for k, kind in enumerate((np.int64, np.float32, np.int8))
+        )
         self._waiting.clear()
-        self.excitatory.add(keys[counts > 0], counts[counts > 0])
-        self.inhibitory.add(keys[counts < 0], -counts[counts < 0])
+        for sums, sign in ((self.excitatory, 1), (self.inhibitory, -1), (self.unknown, 0)):
+            mine = (signs == sign) & (counts > 0)
+            sums.add(keys[mine], counts[mine])
