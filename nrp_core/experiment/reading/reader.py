@@ -137,7 +137,7 @@ def read_yaml(path: Path, overrides: Sequence[str] = ()) -> Experiment:
     Args:
         path: the YAML file. ``extends: other`` in it (a file or the name of a shipped experiment, or a
             list) merges it over others, in this order: mappings are merged, ``null`` removes a key, all else
-            replaces. A file that several extend is merged once, first.
+            replaces. A file that several extend is merged once, first. Descriptions are not inherited.
         overrides: ``dotted.key=value``, the value in YAML; if two set one key, the later one is used.
 
     Raises:
@@ -225,6 +225,8 @@ def _lineage(path: Path, extending: tuple[Path, ...] = ()) -> dict[Path, Tree]:
         raise InvalidExperimentError([Finding.of(error, Code.NRP200)]) from error
     lineage: dict[Path, Tree] = {}
     own = dict(tree.value)
+    if extending:
+        own.pop("description", None)  # it is of this experiment, not of one that changes it
     named = own.pop(EXTENDS, None)
     for base in _bases(named):
         trail = (*extending, path)

@@ -252,6 +252,13 @@ def test_a_variant_is_laid_over_what_it_extends(write: Write) -> None:
     assert set(experiment.criteria) == {"reaches"}
 
 
+def test_the_description_of_another_experiment_is_not_that_of_a_variant(write: Write) -> None:
+    write()
+    own = write("extends: experiment.yaml\nname: w\ndescription: A screen turns red.", "w.yaml")
+    assert read_yaml(own).description == "A screen turns red."
+    assert not read_yaml(write("extends: w.yaml\nname: v", "v.yaml")).description
+
+
 def test_variants_can_be_combined_and_their_common_base_comes_once(write: Write) -> None:
     write()
     write("extends: experiment.yaml\nseed: 8\nevents: null", "a.yaml")
