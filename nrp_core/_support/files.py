@@ -70,6 +70,19 @@ def replace_file(path: Path, content: str | bytes) -> None:
         draft.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
+def lock(file: Any, *, shared: bool = False) -> None:
+    """Lock an open file, or a descriptor, until it is closed; without locks, as on Windows, do nothing.
+
+    Raises:
+        OSError: another process has locked it, or the file system has no locks.
+    """
+    try:
+        import fcntl
+    except ImportError:
+        return
+    fcntl.flock(file, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+
+
 _guards: list[None] = []
 
 

@@ -104,7 +104,8 @@ def _run(command: list[str], timeout_s: float, is_forked: bool, has_folder: bool
 
 
 def _run_command(command: list[str], timeout_s: float, is_forked: bool) -> ChildResult:
-    if is_forked and (done := _FORKER.run(command[3], command[4:], timeout_s)) is not None:
+    can_fork = is_forked and hasattr(os, "fork")  # not on Windows
+    if can_fork and (done := _FORKER.run(command[3], command[4:], timeout_s)) is not None:
         return ChildResult(done.exit_code, done.output, done.errors[-2000:])
     pipe = subprocess.PIPE
     with subprocess.Popen(
@@ -119,13 +120,21 @@ def _run_command(command: list[str], timeout_s: float, is_forked: bool) -> Child
             return bool(ended)
 
         if not ends_within(timeout_s, child.pid, wait):
-            os.killpg(child.pid, signal.SIGKILL)
+            _end_group(child)
             child.communicate()
             return ChildResult(None)
-        with suppress(ProcessLookupError):  # its leftover children, if it is confined
-            os.killpg(child.pid, signal.SIGKILL)
+        _end_group(child)  # its leftover children, if it is confined
         ((output, errors),) = ended
         return ChildResult(child.returncode, output, errors[-2000:])
+
+
+def _end_group(child: subprocess.Popen[str]) -> None:
+    """End a child with the processes that it started; on Windows, itself."""
+    if not hasattr(os, "killpg"):
+        child.kill()
+        return
+    with suppress(ProcessLookupError):
+        os.killpg(child.pid, signal.SIGKILL)
 
 
 def _store(path: Path, answer: dict[str, object]) -> None:

@@ -6,7 +6,8 @@
 
 from __future__ import annotations
 
-from _signal import (  # type: ignore[import-not-found]
+import _signal  # type: ignore[import-not-found]
+from _signal import (
     SIG_DFL,
     default_int_handler,
     getsignal,
@@ -17,8 +18,12 @@ TYPE_CHECKING = False  # as in .lazy: every start of the command line imports th
 if TYPE_CHECKING:
     from types import FrameType
 
-__all__ = ["SIG_DFL", "asked", "end_if_asked", "getsignal", "interrupt", "signal"]
+__all__ = ["INTERRUPTS", "SIG_DFL", "asked", "end_if_asked", "getsignal", "interrupt", "signal"]
 
+INTERRUPTS = tuple(
+    getattr(_signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(_signal, name)
+)
+"""Signals that ask a process to end; SIGHUP is not on Windows."""
 asked = False
 """Whether a signal asked this process to end."""
 

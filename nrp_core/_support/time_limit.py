@@ -19,9 +19,9 @@ from typing import Any, Final, Self, TypeVar
 
 from nrp_core._support import signals
 
-INTERRUPTS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-"""Signals that ask a process to end."""
 _LONGEST_DELAY_S: Final = 1.0
+_CALLS: Final = hasattr(signal, "SIGURG")
+"""Whether a thread can send a signal to the main thread: not on Windows."""
 _RAISING = (signal.default_int_handler, signals.interrupt)
 
 
@@ -40,11 +40,11 @@ class DeferredInterrupt:
 
     def __enter__(self) -> Self:
         self._held: int | None = None
-        self._handlers: dict[signal.Signals, Any] = {}
+        self._handlers: dict[int, Any] = {}
         if threading.current_thread() is threading.main_thread():
             if signals.asked:
                 raise KeyboardInterrupt
-            for number in INTERRUPTS:
+            for number in signals.INTERRUPTS:
                 handler = signals.getsignal(number)
                 if handler in _RAISING or (number == signal.SIGINT and callable(handler)):
                     self._handlers[number] = handler
@@ -53,7 +53,7 @@ class DeferredInterrupt:
 
     def _hold(self, number: int, frame: FrameType | None) -> None:
         if self._held is not None:
-            self._handlers[signal.Signals(number)](number, frame)
+            self._handlers[number](number, frame)
         elif number != signal.SIGINT:
             main = threading.get_ident()
             self._repeat = threading.Timer(_LONGEST_DELAY_S, signal.pthread_kill, (main, number))
@@ -136,7 +136,7 @@ class TimeLimit:
             yield
             return
         self._tracer = sys.gettrace()
-        main = threading.current_thread() is threading.main_thread()
+        main = _CALLS and threading.current_thread() is threading.main_thread()
         before = signals.signal(signal.SIGURG, self._on_signal) if main else None
         with self._lock:
             self._thread, self._watched, self._in_main = threading.get_ident(), True, main

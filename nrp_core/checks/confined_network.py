@@ -146,7 +146,7 @@ def _data(answer: ChildResult, limit_s: float) -> dict[str, Any]:
     Raises:
         NrpError: the error of the script, or the end of its process.
     """
-    if answer.exit_code in (None, -signal.SIGXCPU):
+    if answer.exit_code in (None, -getattr(signal, "SIGXCPU", 0) or None):
         raise SlowScriptError(f"the brain script had not built its network after {limit_s:g} s")
     try:
         data: dict[str, Any] = json.loads(answer.output)

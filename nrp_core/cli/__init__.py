@@ -11,7 +11,7 @@ import signal
 import sys
 
 from nrp_core._support.collector import CollectorPaused
-from nrp_core._support.signals import interrupt
+from nrp_core._support.signals import INTERRUPTS, interrupt
 
 _INTERRUPTED = 130
 
@@ -23,10 +23,10 @@ def main() -> None:
             stream.reconfigure(errors="replace")  # a terminal may not support every character
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, interrupt)
-    for number in (signal.SIGTERM, signal.SIGHUP):
+    for number in INTERRUPTS:
         # Batch systems and terminals that close send them: they end a run like Ctrl-C, between two steps,
         # also in a shell's background, where Ctrl-C is ignored. Under nohup SIGHUP remains ignored.
-        if signal.getsignal(number) is not signal.SIG_IGN:
+        if number != signal.SIGINT and signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, interrupt)
     try:
         with CollectorPaused():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import resource
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -53,6 +52,10 @@ def _bounds() -> Iterator[int]:
     for limit, used in _LIMITS:
         if (_GROUP / limit).exists() and (text := (_GROUP / limit).read_text().strip()).isdigit():
             yield max(0, int(text) - int((_GROUP / used).read_text()))
+    try:
+        import resource
+    except ImportError:  # on Windows
+        return
     own, _ = resource.getrlimit(resource.RLIMIT_AS)
     if own != resource.RLIM_INFINITY and _STATM.exists():
         yield max(0, own - int(_STATM.read_text().split()[0]) * resource.getpagesize())

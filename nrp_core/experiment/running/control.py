@@ -115,7 +115,8 @@ def _make_way(path: Path) -> None:
         raise ExperimentError("another run listens here", path=path)
 
 
-class _Server(socketserver.ThreadingUnixStreamServer):
+class _Server(socketserver.ThreadingTCPServer):
+    address_family = getattr(socket, "AF_UNIX", socket.AF_INET)  # Windows has none, and refuses a path
     daemon_threads = True
 
     def __init__(self, path: Path, commands: Commands) -> None:

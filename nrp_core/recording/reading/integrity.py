@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 import xxhash
 from mcap.records import Message
 
+from nrp_core._support.files import lock
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.messages.cdr import Codec
@@ -225,7 +225,7 @@ def _is_growing(file: Path) -> bool:
     """Return whether a process is writing a file of messages."""
     try:
         with file.open("rb") as opened:
-            fcntl.flock(opened, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            lock(opened, shared=True)
     except BlockingIOError:
         return True
     except OSError:  # it is missing, or the file system has no locks

@@ -8,11 +8,9 @@ a message. The layouts of messages, chunks and their indexes follow the specific
 from __future__ import annotations
 
 import errno
-import fcntl
 import hashlib
 import os
 import struct
-import sys
 import time
 from array import array
 from collections.abc import Callable, Mapping
@@ -27,6 +25,7 @@ from mcap.records import Channel, DataEnd, Footer, Header, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC
 
 from nrp_core._support.closing import Closing
+from nrp_core._support.files import lock
 from nrp_core.messages.cdr import Codec
 from nrp_core.recording.writing.encoding import Packed, Parts, frame, pack
 
@@ -58,7 +57,7 @@ class GrowingFile(Closing):
         self.failed: OSError | None = None
         self._file = path.open("wb", buffering=0)
         with suppress(OSError):  # a file system without locks
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # readers see that it grows
+            lock(self._file)  # readers see that it grows
         self._digest = hashlib.sha256()
         self._reserve = _reserve(path.parent)
         self._limit = _file_size_limit()
@@ -141,10 +140,10 @@ def _reserve(folder: Path) -> IO[bytes] | None:
 
 def _file_size_limit() -> int | None:
     """Return the size from which a file uses its reserve, if this process may not write files of any size."""
-    if sys.platform == "win32":
+    try:
+        import resource
+    except ImportError:  # on Windows
         return None
-    import resource
-
     limit, _ = resource.getrlimit(resource.RLIMIT_FSIZE)
     return None if limit == resource.RLIM_INFINITY else limit - min(RESERVE_BYTES, limit // 2)
 
