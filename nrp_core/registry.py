@@ -30,7 +30,11 @@ from nrp_core.errors import (
 T = TypeVar("T")
 
 OPTIONAL: Final[Mapping[str, Mapping[str, Sequence[str]]]] = {
+    "nrp-brain-brian2": {"nrp_core.brain": ["brian2"]},
     "nrp-brain-composite": {"nrp_core.brain": ["composite"]},
+    "nrp-brain-nest": {"nrp_core.brain": ["nest"]},
+    "nrp-brain-pynn": {"nrp_core.brain": ["pynn"]},
+    "nrp-cockpit": {"nrp_core.commands": ["cockpit", "demo", "design", "share"]},
     "nrp-conformance": {"nrp_core.commands": ["conformance"]},
     "nrp-ebrains": {
         "nrp_core.experiment_readers": [".json"],
@@ -54,6 +58,11 @@ OPTIONAL: Final[Mapping[str, Mapping[str, Sequence[str]]]] = {
         "nrp_core.pynn_dialects": ["pyNN.spiNNaker", "spynnaker", "spynnaker7", "spynnaker8"],
         "nrp_core.pynn_runners": ["spinnaker"],
     },
+    "nrp-world-drake": {"nrp_core.world": ["drake"]},
+    "nrp-world-gazebo": {"nrp_core.world": ["gazebo"]},
+    "nrp-world-gymnasium": {"nrp_core.world": ["gymnasium"]},
+    "nrp-world-opensim": {"nrp_core.world": ["opensim"]},
+    "nrp-world-ros": {"nrp_core.commands": ["ros-bridge"], "nrp_core.world": ["ros"]},
 }
 """The plugins of distributions of this project that may not be installed: names by distribution and group."""
 
@@ -150,7 +159,7 @@ class Registry(Generic[T]):
         if not found and (distribution := self.distribution_with(name)):
             raise UnknownBackendError(
                 f"the {self.kind} '{name}' is in {distribution}, which is not installed",
-                remedy="scripts/setup" if _SETUP.is_file() else f"pip install {distribution}",
+                remedy=f"scripts/setup {distribution}" if _SETUP.is_file() else f"pip install {distribution}",
             )
         if not found:
             names = self.names()

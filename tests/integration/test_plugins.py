@@ -70,6 +70,17 @@ def test_a_distribution_that_messages_name_has_the_plugins_that_they_promise(nam
         assert set(names) <= groups[group].keys()
 
 
-def test_nrp_core_all_brings_them():
+def test_plugins_that_need_no_other_simulator_come_with_nrp_core_all():
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
-    assert set(OPTIONAL) <= set(extras["all"])
+    simulators = {name for name in OPTIONAL if name.startswith(("nrp-brain", "nrp-world"))}
+    assert set(OPTIONAL) - simulators | {"nrp-brain-composite"} == {
+        name for name in extras["all"] if "[" not in name
+    }
+
+
+def test_every_backend_and_command_beside_the_core_is_known_by_name():
+    for path in PLUGINS:
+        groups = tomllib.loads(path.read_text())["project"].get("entry-points", {})
+        for group in ("nrp_core.brain", "nrp_core.world", "nrp_core.commands"):
+            known = OPTIONAL.get(path.parent.name, {}).get(group, ())
+            assert path.parent.name.endswith("-minimal") or set(known) == set(groups.get(group, ()))

@@ -14,6 +14,7 @@ from nrp_core.experiment.making.maker import network_from
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.network.files.script import load_network
 from nrp_core.pynn.__main__ import main
+from nrp_core.running import open_run
 
 
 @pytest.fixture(autouse=True)
@@ -54,18 +55,35 @@ def test_an_experiment_that_names_the_platform(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("command", "distribution"),
-    [("import", "nrp-legacy"), ("sweep", "nrp-lab"), ("import-connectome", "nrp-formats")],
+    [
+        ("import", "nrp-legacy"),
+        ("sweep", "nrp-lab"),
+        ("import-connectome", "nrp-formats"),
+        ("share", "nrp-cockpit"),
+        ("demo", "nrp-cockpit"),
+        ("ros-bridge", "nrp-world-ros"),
+    ],
 )
 def test_a_command(command: str, distribution: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert app.run_app([command, "x"]) != 0
     assert requires(" ".join(capsys.readouterr().err.split()), distribution)
 
 
+@pytest.mark.parametrize(
+    ("key", "distribution"),
+    [("brain.backend=nest", "nrp-brain-nest"), ("world.backend=drake", "nrp-world-drake")],
+)
+def test_a_backend(key: str, distribution: str) -> None:
+    with pytest.raises(UnknownBackendError) as caught, open_run("following_head", [key]):
+        pass
+    assert requires(caught.value, distribution)
+
+
 def test_a_command_in_a_clone(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.undo()
     monkeypatch.setattr(registry.Registry, "providers", lambda self: [])
     assert app.run_app(["sweep", "x"]) == 4
-    assert "try: scripts/setup" in capsys.readouterr().err
+    assert "try: scripts/setup nrp-lab" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["net.nir", "circuit_config.json"])

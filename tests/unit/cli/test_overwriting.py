@@ -94,6 +94,7 @@ OUTPUTS: dict[tuple[str, str], tuple[str, tuple[str, ...]]] = {
     ("import", "output"): ("out", ("import", "v4/simulation_config.json", "-o")),
     ("import-connectome", "output"): ("out.nrpnet", ("import-connectome", "edges.csv", "-o")),
     ("paper", "output"): ("out.zip", ("paper", "experiment", "--seeds", "1", "-s", "duration=40 ms", "-o")),
+    ("share", "output"): ("out.html", ("share", "recorded", "-o")),
     ("sweep", "plot"): ("out.svg", ("sweep", "show", "grid.sweep", "--plot")),
 }
 """For each option that names a file or folder to write: one, and the command line before it."""
@@ -108,7 +109,8 @@ OTHERS = {
     ("run", "control"), ("publish", "socket"), ("functions", "socket"),  # of a run
     ("diff", "baseline"),  # one that exists is read
     *((command, "models") for command in ("run", "validate", "map", "inspect", "diff", "import", "paper")),
-    *((command, "recording") for command in ("replay", "plot", "video", "export", "recover")),
+    ("cockpit", "models"), ("design", "models"),
+    *((command, "recording") for command in ("replay", "plot", "video", "export", "recover", "share")),
     ("functions", "add"), ("inspect", "file"), ("replay", "functions"), ("diff", "other"),
     ("conformance", "scene"), ("generate", "file"), ("import", "file"), ("import-connectome", "edges"),
     ("import-connectome", "neurons"), ("import-connectome", "junctions"), ("evolve", "folder"),
