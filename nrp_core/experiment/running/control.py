@@ -16,7 +16,7 @@ import stat
 import threading
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from nrp_core._support.closing import Closing
 from nrp_core.errors import ExperimentError, NrpError, did_you_mean
@@ -123,7 +123,7 @@ class _Server(socketserver.ThreadingTCPServer):
         self.commands = commands
         deaf = path.with_name(f"{path.name}~")  # named when it listens, so that no client is refused
         deaf.unlink(missing_ok=True)
-        super().__init__(str(deaf), _Handler)
+        super().__init__(cast(Any, str(deaf)), _Handler)
         try:
             path.hardlink_to(deaf)
         except OSError:

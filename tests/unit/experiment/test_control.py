@@ -154,13 +154,13 @@ def test_a_listener_that_never_answers_is_given_up_on(path: Path, golden: Golden
 
 
 def test_a_socket_that_exists_is_listened_to(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    seen, listen = [], socketserver.ThreadingUnixStreamServer.server_activate
+    seen, listen = [], socketserver.TCPServer.server_activate
 
-    def look(server: socketserver.ThreadingUnixStreamServer) -> None:
+    def look(server: socketserver.TCPServer) -> None:
         seen.append(path.exists())
         listen(server)
 
-    monkeypatch.setattr(socketserver.ThreadingUnixStreamServer, "server_activate", look)
+    monkeypatch.setattr(socketserver.TCPServer, "server_activate", look)
     with ControlServer(path, {}, waits=True):
         assert path.is_socket()
     assert seen == [False]
