@@ -26,7 +26,6 @@ ALLOWED = {
     # Spikes are at any time, to the last bit of a float: solvers compute them, and none is at a written time.
     "backends/brain/nrp_brain_event/brain.py": 3,
     "backends/brain/nrp_brain_event/rewards.py": 1,
-    "nrp_core/brain/devices/membrane.py": 1,
     "nrp_core/brain/devices/membrane_kernel.py": 3,
     "nrp_core/brain/devices/sinks.py": 2,
     "nrp_core/brain/devices/source_cells.py": 5,

@@ -1,111 +1,93 @@
 """The membrane of a neuron that never fires, under the spikes that arrive at it.
 
-The state is kept at the last event; reading never changes it, so the numbers do not depend on the number of
-reads or on how a run is split.
+The state is kept at the last event; reading never changes the voltage, so the numbers do not depend on the
+number of reads or on how a run is split.
 """
 
 from __future__ import annotations
 
-from math import e, exp
-from typing import Final
+from math import exp
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core._support.arrays import FloatArray
-from nrp_core.network.filters import MembraneKernel, driven
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.network.filters import MembraneKernel
 
-_MANY: Final = 6
-"""Spikes that compiled code passes faster, with the same result."""
+_CONSTANTS: Final = ("alpha", "tau_m_ms", "tau_syn_ms", "cm_nf", "settled_mv")
+_CHANGING: Final = ("at_ms", "current", "slope", "above")
+_FIELDS: Final = [("waiting", "i8"), *((name, "f8") for name in (*_CONSTANTS, *_CHANGING))]
+_DTYPE: Final = np.dtype((np.record, _FIELDS))
+_ROOM: Final = 8
 
 
 class LeakyMembrane:
     """The state of a :class:`MembraneKernel` under a train of weighted spikes.
 
-    Spikes are pushed with their arrival times, in any order not before the last read; a read at ``t``
-    sees those that arrived at or before ``t``.
+    Spikes are added with their arrival times, in any order not before the last read; a read at ``t`` sees
+    those that arrived at or before ``t``.
     """
 
     def __init__(self, kernel: MembraneKernel) -> None:
-        self._alpha, self._cm_nf, self._settled_mv = kernel.alpha, kernel.cm_nf, kernel.settled_mv
-        self._tau_m_ms, self._tau_syn_ms = kernel.tau_m_ms, kernel.tau_syn_ms
-        self._gap = 1.0 / kernel.tau_syn_ms - 1.0 / kernel.tau_m_ms
-        self._at_ms = 0.0
-        self._current = 0.0
-        self._slope = 0.0
-        self._above = kernel.v_rest_mv - kernel.settled_mv
-        self._pending: list[tuple[FloatArray, FloatArray]] = []
-        self._last_read: tuple[float, float] | None = None
+        self._state = np.zeros(1, _DTYPE)
+        for name in _CONSTANTS:
+            self._state[name] = getattr(kernel, name)
+        self._state["above"] = kernel.v_rest_mv - kernel.settled_mv
+        self._queue = np.empty((2, _ROOM))
+        self._compiled: Any = None  # loaded with the first spike
 
     def push(self, arrivals_ms: npt.ArrayLike, weights: npt.ArrayLike) -> None:
-        """Add spikes: arrival times, ms, and weights, nA, shape ``(n,)``; arrays may be sorted in place."""
-        self._pending.append((np.asarray(arrivals_ms, float), np.asarray(weights, float)))
-        self._last_read = None
+        """Add spikes: arrival times, ms, and weights, nA, shape ``(n,)``."""
+        times, each = np.asarray(arrivals_ms, float), np.asarray(weights, float)
+        self.receive(np.arange(len(times)), times, np.ones(len(times), np.bool_), each, 0.0)
+
+    def receive(
+        self,
+        neurons: IntArray,
+        times_ms: FloatArray,
+        chosen: npt.NDArray[np.bool_],
+        weights: FloatArray,
+        delay_ms: float,
+    ) -> None:
+        """Add the spikes of chosen neurons, which arrive after a delay.
+
+        Args:
+            neurons: the neuron of each spike, shape ``(n,)``.
+            times_ms: its time, ms.
+            chosen: whether a neuron is chosen, by its number.
+            weights: its weight, nA.
+            delay_ms: the delay, ms.
+        """
+        if self._compiled is None:
+            from nrp_core.brain.devices import membrane_kernel
+
+            self._compiled = membrane_kernel
+        while not self._compiled.enqueue(
+            self._state, self._queue, neurons, times_ms, chosen, weights, delay_ms
+        ):
+            room = np.empty((2, 2 * self._queue.shape[1]))
+            room[:, : self._queue.shape[1]] = self._queue
+            self._queue = room
 
     def voltage_mv(self, t_ms: float) -> float:
         """Return the voltage at ``t_ms``, including all spikes that have arrived by then."""
-        if self._last_read is not None and self._last_read[0] == t_ms:
-            return self._last_read[1]  # a transfer function and a recording may both read it
-        if self._pending:
-            self._take(t_ms)
-        dt_ms = t_ms - self._at_ms
-        fade, leak = exp(-dt_ms / self._tau_syn_ms), exp(-dt_ms / self._tau_m_ms)
-        charge = driven(dt_ms, leak, fade, self._gap, self._current, self._slope)
-        voltage = self._settled_mv + (self._above * leak + charge / self._cm_nf)
-        self._last_read = t_ms, voltage
+        if self._compiled is None:
+            rest = self._state[0]
+            return float(rest["settled_mv"] + rest["above"] * exp(-t_ms / rest["tau_m_ms"]))
+        voltage: float = self._compiled.voltage_mv(self._state, self._queue, t_ms)
         return voltage
-
-    def _take(self, t_ms: float) -> None:
-        """Move to each spike that has arrived, and add it."""
-        arrivals_ms, weights = self._pending[0]
-        if len(self._pending) > 1:
-            arrivals_ms, weights = map(np.concatenate, zip(*self._pending, strict=True))
-        self._pending.clear()
-        if len(arrivals_ms) < _MANY:
-            arrived = self._pass(arrivals_ms, weights, t_ms)
-        else:
-            from nrp_core.brain.devices.membrane_kernel import pass_spikes
-
-            state = np.array([self._at_ms, self._current, self._slope, self._above])
-            constants = (self._alpha, self._tau_m_ms, self._tau_syn_ms, self._cm_nf)
-            arrived = pass_spikes(state, arrivals_ms, weights, t_ms, *constants)
-            self._at_ms, self._current, self._slope, self._above = state.tolist()
-        if arrived < len(arrivals_ms):
-            self._pending.append((arrivals_ms[arrived:], weights[arrived:]))
-
-    def _pass(self, arrivals_ms: FloatArray, weights: FloatArray, t_ms: float) -> int:
-        """Sort a few spikes in place, pass those that have arrived, and return their number."""
-        if len(arrivals_ms) > 1:
-            order = np.lexsort((weights, arrivals_ms))
-            arrivals_ms[:], weights[:] = arrivals_ms[order], weights[order]
-        arrived = 0
-        for arrival_ms, weight in zip(arrivals_ms.tolist(), weights.tolist(), strict=True):
-            if arrival_ms > t_ms:
-                break
-            dt_ms = arrival_ms - self._at_ms
-            fade, leak = exp(-dt_ms / self._tau_syn_ms), exp(-dt_ms / self._tau_m_ms)
-            charge = driven(dt_ms, leak, fade, self._gap, self._current, self._slope)
-            self._above = self._above * leak + charge / self._cm_nf
-            self._current = (self._current + self._slope * dt_ms) * fade
-            self._slope *= fade
-            if self._alpha:
-                self._slope += weight * e / self._tau_syn_ms
-            else:
-                self._current += weight
-            self._at_ms = arrival_ms
-            arrived += 1
-        return arrived
 
     def state(self) -> tuple[float, float, float, float, list[tuple[float, float]]]:
         """Return the state for a snapshot."""
-        pairs = (zip(arrivals.tolist(), weights.tolist(), strict=True) for arrivals, weights in self._pending)
-        pending = [pair for train in pairs for pair in train]
-        return self._at_ms, self._current, self._slope, self._above, pending
+        at_ms, current, slope, above = (self._state[name].item() for name in _CHANGING)
+        times, weights = self._queue[:, : self._state["waiting"][0]].tolist()
+        return at_ms, current, slope, above, list(zip(times, weights, strict=True))
 
     def restore(self, state: tuple[float, float, float, float, list[tuple[float, float]]]) -> None:
         """Restore a state."""
-        self._at_ms, self._current, self._slope, self._above, pending = state
-        self._pending.clear()
-        if pending:
-            self.push(*zip(*pending, strict=True))
-        self._last_read = None
+        *changing, pending = state
+        for name, value in zip(_CHANGING, changing, strict=True):
+            self._state[name] = value
+        self._state["waiting"] = 0
+        self.push(*np.reshape(pending, (-1, 2)).T)

@@ -206,7 +206,7 @@ class _FilterPort(SinkPort):
         super().__init__(neurons, n_neurons, name)
         self._kernel, self._delay_ms = kernel, delay_ms
         # A neuron that is chosen twice counts twice, as two synapses would.
-        self._weights = weight * np.bincount(neurons, minlength=n_neurons)
+        self._weights = np.bincount(neurons, minlength=n_neurons).astype(np.float64) * weight
         self._synapses: ShortTermSynapses | None = None
         self.reset()
 
@@ -226,14 +226,21 @@ class _FilterPort(SinkPort):
         self._membrane = LeakyMembrane(self._kernel)
         self._now_ms = 0.0
 
-    def _absorb(self, spikes: Spikes, until_ms: float) -> None:
-        self._now_ms = until_ms
-        if not len(spikes):
-            return
-        weights = self._weights[spikes.neurons]
+    def receive(self, spikes: Spikes, until_ms: float) -> None:
         if self._synapses is not None:
-            weights = weights * self._synapses.released(spikes.neurons, spikes.times_ms)
-        self._membrane.push(spikes.times_ms + self._delay_ms, weights)
+            super().receive(spikes, until_ms)
+            return
+        self._now_ms = until_ms
+        if self.active and len(spikes):
+            neurons, times_ms = spikes.neurons, spikes.times_ms
+            self._membrane.receive(neurons, times_ms, self._received, self._weights, self._delay_ms)
+
+    def _absorb(self, spikes: Spikes, until_ms: float) -> None:
+        assert self._synapses is not None
+        self._now_ms = until_ms
+        if len(spikes):
+            shares = self._synapses.released(spikes.neurons, spikes.times_ms)
+            self._membrane.push(spikes.times_ms + self._delay_ms, self._weights[spikes.neurons] * shares)
 
     def save(self) -> object:
         synapses = None if self._synapses is None else self._synapses.save()
