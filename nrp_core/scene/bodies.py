@@ -39,6 +39,8 @@ class Shape:
     texture: Texture | None = None
 
 
+PRESERVED = "preserved"
+"""Attribute of a fixed joint that keeps its links two bodies."""
 TINTS = "tints"
 """The attribute of a material whose colour tints an image in the mesh file instead of replacing it."""
 

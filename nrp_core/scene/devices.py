@@ -279,6 +279,7 @@ class JointController:
         holds: whether the joint holds its start position before the first command, as in ros2_control; else
             it is free, as with most plugins of Gazebo.
         range: the minimum and maximum of commands, in addition to the limits of the joint.
+        beyond: whether target positions may lie beyond the limits of the joint.
     """
 
     joint: str
@@ -288,6 +289,7 @@ class JointController:
     initial: float | None = None
     holds: bool = field(default=False, metadata=LATER)
     range: tuple[float, float] = field(default=(-inf, inf), metadata=LATER)
+    beyond: bool = field(default=False, metadata=LATER)
 
     __setstate__ = set_fields
 

@@ -30,7 +30,7 @@ class Body:
     Args:
         name: the name of its first link, or ``world`` for a fixed body.
         parent: index of the parent among the model's bodies, None for a root.
-        joint: the joint to the parent, movable or with a force-torque sensor; its frame is the body's frame.
+        joint: the joint to the parent, movable, measured or preserved; its frame is the body's frame.
         fixed: whether it is a root that does not move; other roots float freely.
         pose: the body's frame in the parent's with the joint at 0; a root's in the world.
         in_model: the body's frame in the model's frame with all joints at 0; a root's is the same.
@@ -118,7 +118,7 @@ class _Merger:
         self._joints: Mapping[str, Joint] = {} if model.static else {j.child: j for j in model.joints}
         self._kept = {
             joint for link in model.links for sensor in link.sensors for joint in sensor.measured_joints
-        }
+        } | {joint.name for joint in model.joints if joint.preserved}
         self._first = {link.name: WORLD if model.static else self._top(link.name) for link in model.links}
         self._members: dict[str, set[str]] = {WORLD: {WORLD}}
         for link, first in self._first.items():
@@ -136,7 +136,7 @@ class _Merger:
         return link if joint is None or self._parts(joint) else self._top(joint.parent)
 
     def _parts(self, joint: Joint) -> bool:
-        """Return whether a joint separates two bodies: it is movable, or its force is measured."""
+        """Return whether a joint separates two bodies: it moves, is preserved or measured."""
         return joint.kind != "fixed" or joint.name in self._kept
 
     def _roots(self) -> Iterator[str]:

@@ -283,6 +283,7 @@ class Joint:
         stiffness: stiffness of the spring, N m/rad or N/m.
         rest: rest position of the spring, rad or m.
         mimic: the joint that it follows, if any.
+        preserved: whether the links of a fixed joint are two bodies in an engine.
     """
 
     name: str
@@ -300,6 +301,7 @@ class Joint:
     stiffness: float = 0.0
     rest: float = 0.0
     mimic: Mimic | None = None
+    preserved: bool = field(default=False, metadata=LATER)
 
     @property
     def coordinates(self) -> tuple[str, ...]:

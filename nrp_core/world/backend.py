@@ -53,6 +53,18 @@ class WorldBackend(ABC):
     def engine(self, scene: Scene, *, seed: int, options: WorldOptions) -> Engine:
         """Load a scene into the engine, at time 0."""
 
+    def fit(
+        self, options: WorldOptions, scene: Scene, period_ns: int | None = None
+    ) -> tuple[WorldOptions, str]:
+        """Return the options with which a scene is opened, and what they have in place of its file's values.
+
+        Args:
+            options: the given options.
+            scene: the scene.
+            period_ns: the time step of the loop, ns; None without a loop.
+        """
+        return options, ""
+
     def topics(self, options: WorldOptions) -> Sequence[TopicInfo]:
         """Return the topics that engines add to those of the scene, for the checks before a run.
 

@@ -9,7 +9,7 @@ https://mujoco.readthedocs.io/en/stable/computation/index.html#actuation-model.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, isfinite
+from math import inf
 from typing import Any, Literal
 
 from nrp_core.findings import Code, Findings
@@ -60,7 +60,7 @@ class Actuator:
         lower, upper = self.range
         if self.kind == "position":
             lower, upper = lower + zero, upper + zero
-        limits = f"<{RANGE}>{lower} {upper}</{RANGE}>" if isfinite(upper - lower) else ""
+        limits = f"<{RANGE}>{lower} {upper}</{RANGE}>"
         first = min(max(0.0 if self.kind == "velocity" else zero, lower), upper)
         gains = f"<p_gain>{self.p}</p_gain><i_gain>0</i_gain><d_gain>{self.d}</d_gain>"
         start = {

@@ -14,6 +14,7 @@ from nrp_core.errors import SceneError
 from nrp_core.findings import Findings
 from nrp_core.scene.merged_bodies import Body
 from nrp_core.scene.model import Inertial, Joint, Link, Model, Scene
+from nrp_core.scene.origin import Native
 from nrp_core.scene.rigid import BodyPath, Pose
 from nrp_core.world.engine_kit.firm_joints import FirmJoint, firm_joints
 from nrp_core.world.engine_kit.joint_servo import servoed_joints
@@ -23,7 +24,8 @@ from nrp_core.world.robot_setup import HELD
 from nrp_world_mujoco.library import compile_spec, mujoco, pos_quat, scalar_first
 from nrp_world_mujoco.mechanisms import BuiltParts, touches_itself
 from nrp_world_mujoco.muscles import add_muscles
-from nrp_world_mujoco.native import NativeElements, holders, let_weigh_nothing
+from nrp_world_mujoco.native import NativeElements, let_weigh_nothing, neighbours
+from nrp_world_mujoco.one_file import settings_of_scene
 from nrp_world_mujoco.shapes import (
     FAR_AWAY,
     FIRMEST,
@@ -69,7 +71,7 @@ class Built:
     joints: Mapping[str, dict[str, int]]
     drives: Mapping[tuple[str, str], tuple[PlanarServo, list[int]]]
     servos: Mapping[tuple[str, str], int]
-    declared: Mapping[tuple[str, str], tuple[float, float]]
+    declared: Mapping[tuple[str, str], Sequence[tuple[float, float]]]
     firm: Mapping[tuple[str, str], FirmJoint]
     owners: Sequence[BodyPath]
     actuators: Mapping[tuple[str, str], int]
@@ -95,7 +97,8 @@ def build(scene: Scene, *, timestep_ns: int, physical: bool = False) -> Built:
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST  # stable for servos with any gain
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC  # isotropic friction
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # divergence is an error
-    builder = _Builder(scene, spec, physical)
+    settings = settings_of_scene(scene)
+    builder = _Builder(scene, spec, physical, settings)
     try:
         return builder.built()
     except ValueError as error:
@@ -107,8 +110,8 @@ def build(scene: Scene, *, timestep_ns: int, physical: bool = False) -> Built:
 class _Builder:
     """Builds a specification; its elements have ids after it is compiled."""
 
-    def __init__(self, scene: Scene, spec: Any, physical: bool) -> None:
-        self._scene, self._spec, self._physical = scene, spec, physical
+    def __init__(self, scene: Scene, spec: Any, physical: bool, settings: Native | None) -> None:
+        self._scene, self._spec, self._physical, self._settings = scene, spec, physical, settings
         self._stiff = shortest(spec)
         self._native = NativeElements(spec)
         self._shapes = Shapes(spec, scene, self._native.warnings)
@@ -128,7 +131,9 @@ class _Builder:
         tie_models(self._scene, self._links_of, self._spec)
         actuators = add_muscles(self._scene, self._links_of, self._spec, self._native.finish())
         # MuJoCo takes longer to list many geoms than to compile some
-        if len(self._owners) < FEW_GEOMS and len(self._spec.geoms) < FEW_GEOMS:
+        if self._settings is not None:
+            self._native.keep(self._settings, self._has_own_servos())
+        elif len(self._owners) < FEW_GEOMS and len(self._spec.geoms) < FEW_GEOMS:
             self._spec.option.disableflags |= SAME_CONTACTS
         self._check_friction()
         model = compile_spec(self._spec)
@@ -136,7 +141,9 @@ class _Builder:
             _place_once(model)
         if self._native.without_friction is None:
             _damp_with_contacts(model, self._touching(model))
-        if self._firm and model.nv <= FEW_FREEDOMS:  # firm joints are constrained in each step
+        if (
+            self._firm and model.nv <= FEW_FREEDOMS and self._settings is None
+        ):  # firm joints are constrained in each step
             _solve_at_once(model.opt)
         bodies = {name: [(body, part.id) for body, part in each] for name, each in self._bodies.items()}
         let_weigh_nothing(model, chain.from_iterable(bodies.values()))
@@ -168,7 +175,9 @@ class _Builder:
         self._firm.clear()
 
     def _add_model(self, model: Model) -> None:
-        bodies = simulated_bodies(model, self._spec.option.timestep, self._physical)
+        # with a step of 0 s no spring is damped
+        step_s = self._spec.option.timestep if self._settings is None else 0.0
+        bodies = simulated_bodies(model, step_s, self._physical)
         self._collisions, self._links = {}, {}
         self._links_of[model.name] = self._links
         elements: list[Any] = []
@@ -199,6 +208,16 @@ class _Builder:
             # what sleeps has no constraints, and a target wakes nothing
             _root_of(joints[firm.joint.name]).sleep = mujoco.mjtSleepPolicy.mjSLEEP_NEVER
             self._firm[model.name, name] = firm
+
+    def _has_own_servos(self) -> bool:
+        """Return whether all servos are those of the file, for which its integrator is stable."""
+        servos = [
+            ((model.name, each.joint), (0.0, gains.p) if each.kind == "velocity" else (gains.p, gains.d))
+            for model in self._scene.models
+            for each in model.controllers
+            if each.kind != "effort" and (gains := each.gains) is not None
+        ]
+        return all(gains in self._native.declared.get(path, ()) for path, gains in servos)
 
     def _touching(self, model: Any) -> Iterator[int]:
         """Yield the degrees of freedom of models with contacts, without those of MJCF models."""
@@ -294,9 +313,8 @@ class _Builder:
         if touches_itself(model):
             filters = not self._spec.option.disableflags & mujoco.mjtDisableBit.mjDSBL_FILTERPARENT
             kept = any(joint.name == HELD for joint in model.joints)
-            held = [(number, body.parent) for number, body in enumerate(bodies) if body.parent is not None]
-            pairs = [*holders(bodies), *(held if kept else ())] if filters else []
-            pairs = [pair for pair in pairs if kept or not bodies[pair[1]].fixed]
+            near = neighbours(bodies) if filters else ()
+            pairs = [(one, by) for one, by, seen in near if kept or not (seen or bodies[by].fixed)]
         for pair in pairs:
             one, other = (elements[index] for index in pair)
             if self._spec.worldbody not in (one, other):

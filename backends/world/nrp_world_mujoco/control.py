@@ -124,7 +124,7 @@ class Control:
             if aim.firm is not None:
                 aim = ServoTarget()
         damping = aim.damping
-        if self._built.declared.get((model, joint)) != (aim.stiffness, aim.damping):
+        if (aim.stiffness, aim.damping) not in self._built.declared.get((model, joint), ()):
             # MuJoCo integrates velocities implicitly: with it the stiffness also acts at the step's end
             damping += aim.stiffness * self._step_s
         self._model.actuator_biasprm[actuator, :3] = 0.0, -aim.stiffness, -damping

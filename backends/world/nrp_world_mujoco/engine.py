@@ -26,6 +26,7 @@ from nrp_world_mujoco.drive import Decays, Drive
 from nrp_world_mujoco.library import SAID, mujoco, scalar_first
 from nrp_world_mujoco.motion import Floating, JointReader, motion_of
 from nrp_world_mujoco.muscles import ActuatorGroup, PresentState
+from nrp_world_mujoco.one_file import settings_of
 
 
 class MujocoEngine(JointedEngine):
@@ -142,6 +143,13 @@ class MujocoEngine(JointedEngine):
         limited = np.isfinite(low)
         self._limited = np.array(places, int)[limited]
         self._low, self._high = low[limited], high[limited]
+
+    def _put_at_start(self, scene: Scene) -> None:
+        """Put the joints at their initial positions; those of MJCF may begin beyond their limits."""
+        for model in scene.models:
+            for name, position in model.starts if settings_of(model) else ():
+                self._do_put_joint(self._built.joints[model.name][name], position)
+        super()._put_at_start(replace(scene, models=tuple(m for m in scene.models if not settings_of(m))))
 
     def check_state(self, t_ns: int) -> None:
         positions, rates = self._positions, self._data.qvel  # sums of squares are faster than a look at each

@@ -29,6 +29,7 @@ _TARGETS = {"joint": "joint", "jointinparent": "joint", "tendon": "tendon", "sit
             "body": "link", "cranksite": "site", "slidersite": "site"}  # fmt: skip
 _MEASURED = {"joint": "joint", "tendon": "tendon", "site": "site", "body": "link", "objname": "site",
              "refname": "site"}  # fmt: skip
+_SERVOS = ("position", "velocity")
 WORLD = "world"
 """The link of a place that does not move, unless the model has a link of this name."""
 _HIDDEN = 5
@@ -106,7 +107,7 @@ class Mechanisms:
         self._actuators: dict[tuple[str, str], Any] = {}
         self.sensors: dict[tuple[str, str], Any] = {}
         """The sensors by model and name."""
-        self.declared: dict[tuple[str, str], tuple[float, float]] = {}
+        self.declared: dict[tuple[str, str], list[tuple[float, float]]] = {}
         """Stiffness and damping of the servos that a file has as actuators of its own, by model and joint."""
 
     def add_model(self, parts: BuiltParts) -> None:
@@ -269,7 +270,7 @@ class Mechanisms:
     def _add_actuators(self, of: str, section: Native) -> None:
         for element in _children(section, None):
             name = element.attribute("name")
-            if not name and element.tag == "position" and element.attribute("joint"):
+            if not name and element.tag in _SERVOS and element.attribute("joint"):
                 self._declare(of, element)
                 continue
             if not name:
@@ -286,8 +287,9 @@ class Mechanisms:
     def _declare(self, of: str, element: Native) -> None:
         """Note that an actuator of the file implements the controllers with these gains, without changes."""
         self._names.require(element, "joint", "joint", of)
-        gains = number_of(element, "kp"), number_of(element, "kv")
-        self.declared[of, element.attribute("joint") or ""] = gains
+        stiffness = number_of(element, "kp") if element.tag == "position" else 0.0
+        gains = stiffness, number_of(element, "kv")
+        self.declared.setdefault((of, element.attribute("joint") or ""), []).append(gains)
 
     # -- sensors
 

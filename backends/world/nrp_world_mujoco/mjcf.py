@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from math import atan, pi, tan
 from pathlib import Path
 from typing import Any
@@ -20,9 +20,8 @@ import numpy as np
 from nrp_core._support.cache import cached_folder
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Findings
-from nrp_core.scene.bodies import TINTS
+from nrp_core.scene.bodies import PRESERVED, TINTS
 from nrp_core.scene.inertia import LEAST_MOMENT
-from nrp_core.scene.meshes.shapes import terrain
 from nrp_core.scene.meshes.stl import write_stl
 from nrp_core.scene.model import Inertial
 from nrp_core.scene.reading.context import Element, read_xml
@@ -35,12 +34,11 @@ from nrp_world_mujoco.actuators import actuators_of, warn_of_one_sided_limits
 from nrp_world_mujoco.announced_sizes import check_sizes
 from nrp_world_mujoco.library import compile_spec, mujoco
 from nrp_world_mujoco.mjcf_images import Images, replace_missing
-from nrp_world_mujoco.mjcf_native import Names, NativeElements, is_ground, not_passed, partly_lifted
+from nrp_world_mujoco.mjcf_native import Names, NativeElements, is_ground, not_passed
 from nrp_world_mujoco.native import files_of
 from nrp_world_mujoco.schema import without_field
 
 _WORLD = 0
-_MESH = "mesh.stl"
 _DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
 _HFIELD = mujoco.mjtGeom.mjGEOM_HFIELD
 _HIDDEN_GROUP = 3
@@ -96,10 +94,6 @@ def _left_out(spec: Any, model: Any, touching: set[int]) -> list[str]:
         values = np.asarray(getattr(model, field))
         if having := int(values.any(axis=tuple(range(1, values.ndim))).sum()):
             left_out.append(f"{having} {what}")
-    if merged := sum(not alone for alone in partly_lifted(model).values()):
-        left_out.append(
-            f"the gravcomp of {merged} bodies, which is neither 0 nor 1: they are fixed to others"
-        )
     balls = model.jnt_type == mujoco.mjtJoint.mjJNT_BALL
     if limited := int((balls & (model.jnt_limited != 0)).sum()):
         left_out.append(f"the limits of {limited} ball joints")
@@ -244,7 +238,9 @@ class _Writer:
             return
         if not kinds:
             yield from self._link(body, place, base)
-            yield _fixed(f"{self._body(body)}_held", parent, self._body(body))
+            # on another body, contacts would be softer or harder
+            apart = self._m.body_weldid[body] and (self._m.body_mass[body] or self._touches(body))
+            yield _fixed(f"{self._body(body)}_held", parent, self._body(body), preserved=bool(apart))
             return
         for joint in joints[:-1]:
             between = f"{self._body(body)}_{self._joint_name(joint)}_link"
@@ -253,6 +249,10 @@ class _Writer:
             parent, place, base = between, Pose(), between
         yield from self._link(body, place, base)
         yield from self._joint(joints[-1], parent, self._body(body))
+
+    def _touches(self, body: int) -> bool:
+        first = int(self._m.body_geomadr[body])
+        return not self.touching.isdisjoint(range(first, first + int(self._m.body_geomnum[body])))
 
     def _link(self, body: int, place: Pose, base: str) -> Iterator[str]:
         yield f"<link name={quoteattr(self._body(body))}>{_pose(place, base)}"
@@ -321,9 +321,7 @@ class _Writer:
         if geom in self.touching:
             mu = f"<friction><ode><mu>{m.geom_friction[geom][0]}</mu></ode></friction>"
             surface = f"<surface>{mu}{self._bits(geom)}</surface>"
-            touched = shape
-            if m.geom_type[geom] != _HFIELD:
-                touched = shape.replace("<mesh>", '<mesh optimization="convex_hull">')  # as MuJoCo does
+            touched = shape.replace("<mesh>", '<mesh optimization="convex_hull">')  # as MuJoCo does
             yield f"<collision name={name}>{place}<geometry>{touched}</geometry>{surface}</collision>"
 
     def _bits(self, geom: int) -> str:
@@ -355,19 +353,23 @@ class _Writer:
             case kinds.mjGEOM_MESH:
                 return self._mesh(_triangles(self._m, int(self._m.geom_dataid[geom])))
             case kinds.mjGEOM_HFIELD if is_ground(self._m, geom):
-                return self._mesh(_terrain(self._m, int(self._m.geom_dataid[geom])))
+                return self._terrain(int(self._m.geom_dataid[geom]))
             case _:
                 return None
 
     def _mesh(self, triangles: Any) -> str:
         """Return a mesh, the file of which is created once."""
-        digest = hashlib.blake2b(triangles.tobytes(), digest_size=16).hexdigest()
-
-        def fill(folder: Path) -> None:
-            write_stl(folder / _MESH, triangles)
-
-        path = cached_folder("mjcf", digest, fill, lambda folder: (folder / _MESH).is_file()) / _MESH
+        path = _cached("mesh.stl", triangles, lambda path: write_stl(path, triangles))
         return f"<mesh><uri>{escape(str(path))}</uri></mesh>"
+
+    def _terrain(self, field: int) -> str:
+        """Return a height map, with its heights in a file."""
+        m, first = self._m, self._m.hfield_adr[field]
+        rows, columns = int(m.hfield_nrow[field]), int(m.hfield_ncol[field])
+        heights = m.hfield_data[first : first + rows * columns].reshape(rows, columns)
+        x, y, z = m.hfield_size[field][:3].tolist()
+        path = _cached(f"{rows}x{columns}.npy", heights, lambda path: np.save(path, heights))
+        return f"<heightmap><uri>{escape(str(path))}</uri><size>{_text((2 * x, 2 * y, z))}</size></heightmap>"
 
     def _camera(self, camera: int) -> Iterator[str]:
         width, height = self._m.cam_resolution[camera].tolist()
@@ -402,6 +404,13 @@ class _Writer:
         return Pose(_vector(position), _quaternion(turn))
 
 
+def _cached(name: str, content: Any, write: Callable[[Path], None]) -> Path:
+    """Return a file with an array, which is written once."""
+    digest = hashlib.blake2b(content.tobytes(), digest_size=16).hexdigest()
+    folder = cached_folder("mjcf", digest, lambda new: write(new / name), lambda old: (old / name).is_file())
+    return folder / name
+
+
 def _triangles(m: Any, mesh: int) -> Any:
     """Return the triangles of a mesh after MuJoCo's scaling and centring, shape ``(n, 3, 3)``."""
     vertices = m.mesh_vert[m.mesh_vertadr[mesh] :][: m.mesh_vertnum[mesh]]
@@ -409,17 +418,10 @@ def _triangles(m: Any, mesh: int) -> Any:
     return vertices[faces].astype(np.float64)
 
 
-def _terrain(m: Any, field: int) -> Any:
-    """Return the triangles of a height field, shape ``(n, 3, 3)``."""
-    rows, columns = int(m.hfield_nrow[field]), int(m.hfield_ncol[field])
-    heights = m.hfield_data[m.hfield_adr[field] :][: rows * columns].reshape(rows, columns)
-    x, y, z = m.hfield_size[field][:3].tolist()
-    return terrain(heights.astype(np.float64)) * (2 * x, 2 * y, z)
-
-
-def _fixed(name: str, parent: str, child: str) -> str:
+def _fixed(name: str, parent: str, child: str, *, preserved: bool) -> str:
     ends = f"<parent>{escape(parent)}</parent><child>{escape(child)}</child>"
-    return f'<joint name={quoteattr(name)} type="fixed">{ends}</joint>'
+    kept = f' {PRESERVED}="true"' if preserved else ""
+    return f'<joint name={quoteattr(name)} type="fixed"{kept}>{ends}</joint>'
 
 
 def _command(actuator: str, low: float, high: float) -> str:

@@ -18,7 +18,8 @@ from nrp_world_mujoco.mechanisms import WORLD
 from nrp_world_mujoco.mjcf_sensors import SensorElements
 from nrp_world_mujoco.muscles import muscle_elements
 from nrp_world_mujoco.native import OF_SCENE_GEOM, OF_SCENE_JOINT, pose_in_file
-from nrp_world_mujoco.schema import attributes_of, stated
+from nrp_world_mujoco.one_file import FILE, SETTINGS
+from nrp_world_mujoco.schema import attributes_of, stated, text_of
 
 _SOLREF, _SOLIMP = [0.02, 1.0], [0.9, 0.95, 0.001, 0.5, 2.0]
 _RUBS = ("condim", "friction", "priority")
@@ -155,12 +156,17 @@ class NativeElements:
             moving = [body for body in range(1, self._m.nbody) if self._m.body_parentid[body] == 0]
             owner = self.names.model(moving[0]) if moving else self._ground
             yield owner, _element("option", differing, inner)
+        settings = {name: text_of(getattr(given, name), name) for name in SETTINGS}
+        undamped = given.disableflags & mujoco.mjtDisableBit.mjDSBL_EULERDAMP
+        inner = _element("flag", {"eulerdamp": "disable"}) if undamped else ""
+        for owner in self.tops.keys() - {self._ground}:
+            yield owner, _element(FILE, settings, inner)
 
     def _bodies(self) -> Iterator[tuple[str, str]]:
-        for body, alone in partly_lifted(self._m).items():
-            if alone:
-                lift = {"link": self.names.body(body), "gravcomp": _text(self._m.body_gravcomp[body])}
-                yield self.names.model(body), _element("body", lift)
+        lifts = self._m.body_gravcomp
+        for body in np.flatnonzero((lifts != 0) & (lifts != 1) & (self._m.body_weldid != 0)).tolist():
+            lift = {"link": self.names.body(body), "gravcomp": _text(lifts[body])}
+            yield self.names.model(body), _element("body", lift)
 
     def _joints(self) -> Iterator[tuple[str, str]]:
         m = self._m
@@ -202,6 +208,8 @@ class NativeElements:
                 values |= dict.fromkeys(_BITS, "0")
             if mujoco.mjtGeom(m.geom_type[geom]) == mujoco.mjtGeom.mjGEOM_ELLIPSOID:
                 values |= {"type": "ellipsoid", "size": _text(m.geom_size[geom])}
+            if mujoco.mjtGeom(m.geom_type[geom]) == mujoco.mjtGeom.mjGEOM_HFIELD:
+                values["base"] = _text(m.hfield_size[m.geom_dataid[geom]][3])
             body = int(m.geom_bodyid[geom])
             mesh = self._mesh(geom)
             if mesh in self._meshes:
@@ -432,11 +440,16 @@ class NativeElements:
         return muscle_elements(self._m, number, points)
 
     def _declared(self, servo: Actuator) -> Iterator[tuple[str, str]]:
-        """Yield the settings that let a position servo act as in the file."""
-        if servo.kind == "position":
-            gains = {"joint": self.names.joint(servo.joint), "kp": _text(servo.p), "kv": _text(servo.d)}
+        """Yield the settings that let a servo act as in the file."""
+        gains = {
+            "position": {"kp": _text(servo.p), "kv": _text(servo.d)},
+            "velocity": {"kv": _text(servo.p)},
+            "effort": {},
+        }[servo.kind]
+        if gains:
             owner = self.names.model(int(self._m.jnt_bodyid[servo.joint]))
-            yield owner, _element("actuator", {}, _inner("position", gains))
+            joint = {"joint": self.names.joint(servo.joint)}
+            yield owner, _element("actuator", {}, _inner(servo.kind, joint | gains))
 
     def target(self, number: int) -> tuple[str, dict[str, str], float]:
         """Return the model of an actuator, its transmission, and its length with all joints at 0."""
@@ -543,14 +556,6 @@ def is_ground(model: Any, geom: int) -> bool:
     """Return whether a geom is on the world body, or on a body that nothing in its tree moves."""
     root = model.body_rootid[model.geom_bodyid[geom]]
     return not root or not model.body_jntnum[model.body_rootid == root].any()
-
-
-def partly_lifted(model: Any) -> dict[int, bool]:
-    """Return the bodies whose gravcomp is neither 0 nor 1, and whether no other mass is fixed to them."""
-    m = model
-    masses = np.bincount(m.body_weldid[m.body_mass > 0], minlength=m.nbody)
-    partly = (m.body_gravcomp != 0) & (m.body_gravcomp != 1) & (m.body_mass > 0) & (m.body_weldid != 0)
-    return {body: bool(masses[m.body_weldid[body]] == 1) for body in np.flatnonzero(partly).tolist()}
 
 
 def not_passed(model: Any) -> Iterator[str]:

@@ -7,6 +7,8 @@ used, because all others would contradict it.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -31,7 +33,8 @@ from nrp_world_mujoco.mechanisms import (
     pose_of,
     write_element,
 )
-from nrp_world_mujoco.schema import attributes_of, field_of
+from nrp_world_mujoco.one_file import FILE
+from nrp_world_mujoco.schema import attributes_of, field_of, text_of
 
 _HARDLY_ANY = 4 * LEAST_MOMENT
 
@@ -42,17 +45,24 @@ def is_between(body: Body) -> bool:
     return inertial is not None and inertial.mass <= LEAST_MASS and max(inertial.inertia) < _HARDLY_ANY
 
 
-def holders(bodies: Sequence[Body]) -> Iterator[tuple[int, int]]:
-    """Yield the bodies of one model that hang on links between joints, with the body that holds them.
+def neighbours(bodies: Sequence[Body]) -> Iterator[tuple[int, int, bool]]:
+    """Yield the bodies of one model with those that hold them, which MJCF does not let touch each other.
 
-    MuJoCo lets a body not touch its parent, but does not see through these links.
+    Bodies that are fixed to each other have the same neighbours. MuJoCo does not see through links between
+    the joints of one body, so each pair comes with whether it sees this one.
     """
+    groups: list[list[int]] = []
     for index, body in enumerate(bodies):
-        holder = body.parent
+        fixed = body.joint is not None and body.joint.kind == "fixed" and body.parent is not None
+        groups.append(groups[body.parent or 0] if fixed else [])
+        groups[-1].append(index)
+    for index, body in enumerate(bodies):
+        holder = body.parent if groups[index][0] == index else None
         while holder is not None and is_between(bodies[holder]):
             holder = bodies[holder].parent
-        if holder is not None and holder != body.parent:
-            yield index, holder
+        if holder is not None:
+            for one, other in product(groups[index], groups[holder]):
+                yield one, other, holder == body.parent
 
 
 def let_weigh_nothing(model: Any, bodies: Iterable[tuple[Body, int]]) -> None:
@@ -200,7 +210,8 @@ class NativeElements:
     def __init__(self, spec: Any) -> None:
         self._spec = spec
         self.without_friction: Native | None = None
-        self._options: dict[str, tuple[str, Native]] = {}
+        self._options: dict[str, dict[str, Native]] = {}
+        self._set = set[str]()
         self.warnings = Findings()
         self._mechanisms, self._meshes = Mechanisms(spec, self.warnings), FileMeshes(spec)
 
@@ -216,7 +227,7 @@ class NativeElements:
             self._apply(element, parts)
 
     @property
-    def declared(self) -> Mapping[tuple[str, str], tuple[float, float]]:
+    def declared(self) -> Mapping[tuple[str, str], Sequence[tuple[float, float]]]:
         """Stiffness and damping of the file's own servos, by model and joint; once finished."""
         return self._mechanisms.declared
 
@@ -232,6 +243,7 @@ class NativeElements:
             SceneError: an element is invalid; the message names its file and line.
         """
         self._meshes.finish()
+        self._compare_options()
         return self._mechanisms.finish()
 
     def _apply(self, element: Native, parts: BuiltParts) -> None:
@@ -256,18 +268,26 @@ class NativeElements:
             case "compiler" | "size":
                 parse_element(element, write_element(element), compiles=True)
                 self._warn(element, _ACTING)
-            case tag if tag in SECTIONS:
-                self._mechanisms.add(parts.model.name, element)
             case tag:
-                hint = did_you_mean(tag, _TAGS)
-                raise element.error(f"not an element that is used here{hint}")
+                self._apply_section(tag, element, parts.model.name)
+
+    def _apply_section(self, tag: str, element: Native, model: str) -> None:
+        if tag == FILE:
+            for name, value in element.attributes:
+                self._options.setdefault(name, {}).setdefault(value, element)
+        elif tag in SECTIONS:
+            self._mechanisms.add(model, element)
+        else:
+            raise element.error(f"not an element that is used here{did_you_mean(tag, _TAGS)}")
 
     def _set_geoms(self, element: Native, parts: BuiltParts) -> None:
         """Set properties of shapes; an ellipsoid, which is a mesh in a scene, may be exact."""
         geoms, exact = _geoms(element, parts), element.attribute("type") == "ellipsoid"
         valid = (*_OF_GEOM, "type", "size") if exact else _OF_GEOM
-        values = _values(element, valid, "link", "name", "mesh", *PLACE)
+        values = _values(element, valid, "link", "name", "mesh", "base", *PLACE)
         for geom in geoms:
+            if element.attribute("base"):
+                self._spec.hfield(geom.hfieldname).size[3] = number_of(element, "base")
             _copy(_unless_smooth(values, geom), [geom])
             if exact:
                 geom.meshname = ""
@@ -279,19 +299,41 @@ class NativeElements:
         read = parse_element(element, write_element(element), compiles=True).option
         self._warn(element, _KEPT)
         for name, value in element.attributes:
-            if name in _KEPT:
-                continue
-            before, where = self._options.setdefault(name, (value, element))
-            if before != value:
-                raise element.error(
-                    f"{name} is '{value}' here and '{before}' in {where.path}:{where.line}; "
-                    "the option holds for the whole scene"
-                )
-            setattr(self._spec.option, name, getattr(read, name))
+            if name not in _KEPT:
+                self._options.setdefault(name, {}).setdefault(value, element)
+                if name not in self._set:
+                    setattr(self._spec.option, name, getattr(read, name))
+                    self._set.add(name)
         self._spec.option.disableflags |= read.disableflags
         if read.disableflags & _WITHOUT_FRICTION:
             self.without_friction = element
         self._spec.option.enableflags |= read.enableflags
+
+    def _compare_options(self) -> None:
+        """Report options in which the files of a scene differ."""
+        differing = {name: found for name, found in self._options.items() if len(found) > 1}
+        if differing:
+            *_, last = next(iter(differing.values())).values()
+            files = dict.fromkeys(str(each.path) for found in differing.values() for each in found.values())
+            which = "; ".join(f"{name} is {' and '.join(found)}" for name, found in differing.items())
+            used = ", ".join(
+                f"{name} {text_of(getattr(self._spec.option, name), name)}" for name in differing
+            )
+            message = f"the files {', '.join(files)} have different options: {which}; used: {used}"
+            self.warnings.add(Code.NRP264, message, path=last.path, line=last.line or None)
+
+    def keep(self, settings: Native, integrator: bool) -> None:
+        """Set the options of the file that the whole scene is.
+
+        Args:
+            settings: its settings.
+            integrator: whether to use its integrator.
+        """
+        names = ("cone", "integrator") if integrator else ("cone",)
+        read = parse_element(settings, write_element(replace(settings, tag="option"))).option
+        for name in names:
+            setattr(self._spec.option, name, getattr(read, name))
+        self._spec.option.disableflags |= read.disableflags
 
     def _warn(self, element: Native, unused: Collection[str]) -> None:
         for name in unused:

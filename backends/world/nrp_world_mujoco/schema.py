@@ -70,7 +70,9 @@ def stated(part: Any, usual: Any, element: str, without: Collection[str]) -> dic
     ]
     fields = {name: field_of(part, name) for name in names}
     values = {name: (getattr(part, field), getattr(usual, field)) for name, field in fields.items()}
-    return {name: _text(given, name) for name, (given, default) in values.items() if np.any(given != default)}
+    return {
+        name: text_of(given, name) for name, (given, default) in values.items() if np.any(given != default)
+    }
 
 
 def without_field(spec: Any) -> list[str]:
@@ -105,6 +107,8 @@ def _unknown() -> list[tuple[str, str]]:
 
 
 _WORDS = {
+    "cone": ("pyramidal", "elliptic"),
+    "integrator": ("Euler", "RK4", "implicit", "implicitfast"),
     "solver": ("PGS", "CG", "Newton"),
     "jacobian": ("dense", "sparse", "auto"),
     "fluidshape": ("none", "ellipsoid"),
@@ -115,7 +119,8 @@ _WORDS = {
 """Words for the numbers of fields."""
 
 
-def _text(value: Any, name: str) -> str:
+def text_of(value: Any, name: str) -> str:
+    """Return the value of an attribute as files have it."""
     if name in _WORDS:
         return _WORDS[name][int(value)]
     if hasattr(value, "name"):  # of an enumeration

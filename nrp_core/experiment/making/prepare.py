@@ -107,13 +107,15 @@ def make_parts(
     collector = Collector(experiment.source)
     brain = select_backend(collector, brains(), "brain", experiment.brain)
     world = select_backend(collector, worlds(), "world", experiment.world)
-    if world is not None and isinstance(experiment.timestep, RoundedNs):
-        world = _with_dividing_step(experiment, experiment.timestep, world, collector)
-    _require_steps(experiment, brain, world, collector)
     _require_events(experiment, collector)
-    experiment, parameters = with_parameters(experiment, collector)
+    given, (experiment, parameters) = experiment, with_parameters(experiment, collector)
     progress("reading the room and the robots")
     scene = _make_scene(experiment, world, collector)
+    if world is not None and scene is not None:
+        world = _fitted(given, world, scene, collector)
+    if world is not None and isinstance(given.timestep, RoundedNs):
+        world = _with_dividing_step(given, given.timestep, world, collector)
+    _require_steps(given, brain, world, collector)
     if scene is not None:
         _require_units(experiment, scene, collector)
         if world is not None and isinstance(world.backend, PhysicsBackend):
@@ -140,6 +142,17 @@ def select_backend(
         with named_errors(section.backend, "report its capabilities"):
             return Side(backend, options, backend.capabilities(options))
     return None
+
+
+def _fitted(
+    experiment: Experiment, world: Side[WorldBackend], scene: Scene, collector: Collector
+) -> Side[WorldBackend]:
+    """Return a world with the time step of its scene's file, if the backend uses that; say what differs."""
+    with named_errors(experiment.world.backend, "fit its options to the scene"):
+        options, message = world.backend.fit(world.options, scene, experiment.timestep)
+        if message:
+            collector.add(Code.NRP372, message, "world", "scene", level=Level.NOTE)
+        return Side(world.backend, options, world.backend.capabilities(options))
 
 
 def _with_dividing_step(

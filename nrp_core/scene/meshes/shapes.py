@@ -179,12 +179,15 @@ def heights_in(image: bytes) -> Heights:
 
 
 def terrain(heights: Heights) -> Triangles:
-    """Return the surface of heights on a square of edge 1 about the origin."""
+    """Return the surface of heights on a square of edge 1 about the origin.
+
+    As in MuJoCo each cell of the grid is two triangles, divided from the highest y to the highest x.
+    """
     rows, columns = heights.shape
     x, y = np.meshgrid(np.linspace(-0.5, 0.5, columns), np.linspace(-0.5, 0.5, rows))
     corners = np.stack([x, y, heights], axis=2)
     a, b, c, d = corners[:-1, :-1], corners[:-1, 1:], corners[1:, 1:], corners[1:, :-1]
-    cells = np.stack([np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)], axis=2)
+    cells = np.stack([np.stack([a, b, d], axis=2), np.stack([b, c, d], axis=2)], axis=2)
     return cells.reshape(-1, 3, 3)
 
 

@@ -317,7 +317,7 @@ def _heightmap(shape: Element, form: Form, reading: Reading, static: bool) -> li
             subject=uri.text,
         )
         return []
-    (path,) = cached_meshes(digest("heightmap", heights.shape, heights.tobytes()), lambda: [terrain(heights)])
+    (path,) = cached_meshes(digest("terrain", heights.shape, heights.tobytes()), lambda: [terrain(heights)])
     ground = Heightmap(path, (x, y, z), *heights.shape) if form == "convex" else Mesh(path, (x, y, z))
     return [Shape(ground, Pose((across, along, up)))]
 
@@ -330,7 +330,7 @@ def _heights(uri: Element, reading: Reading, static: bool) -> Heights:
         raise SceneError("is not there")
     if path.stat().st_size > MAX_BYTES_BESIDE:
         raise SceneError(f"is larger than {MAX_BYTES_BESIDE / 1e6:.0f} MB")
-    return heights_in(path.read_bytes())
+    return np.load(path).astype(np.float64) if path.suffix == ".npy" else heights_in(path.read_bytes())
 
 
 def _pieces(uri: Element, wanted: Wanted, reading: Reading) -> list[Piece]:

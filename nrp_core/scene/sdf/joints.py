@@ -11,6 +11,7 @@ from typing import Final
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
+from nrp_core.scene.bodies import PRESERVED
 from nrp_core.scene.consistency import WORLD
 from nrp_core.scene.loops import LOOP_KINDS, Freedom, Loop, Tie
 from nrp_core.scene.model import Joint, Mimic
@@ -124,7 +125,8 @@ def read_joint(joint: Element, frames: Frames, version: tuple[int, int], reading
     for tag in ("axis", "axis2"):
         _warn_of_push(joint.section(tag).section("dynamics"), name, reading)
         _warn_of_signs(joint.section(tag).section("limit"), name, reading)
-    held = Joint(name, kind, *_ends(joint, frames), frames.pose(frames.name_of(joint), joint))
+    held = Joint(name, kind, *_ends(joint, frames), frames.pose(frames.name_of(joint), joint),
+                 preserved=PRESERVED in joint.attributes)  # fmt: skip
     if kind in COMPOUND:
         return COMPOUND[kind](held, joint, frames, version, reading)
     if kind == "continuous":

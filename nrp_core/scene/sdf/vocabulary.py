@@ -14,7 +14,7 @@ from typing import Final
 
 from nrp_core.errors import SceneError, did_you_mean, hint_if_close
 from nrp_core.findings import Code
-from nrp_core.scene.bodies import TINTS
+from nrp_core.scene.bodies import PRESERVED, TINTS
 from nrp_core.scene.reading.context import Element, Notes
 from nrp_core.scene.reading.plugins import without_truth_value, wrong_file
 from nrp_core.scene.reading.repairs import MASSLESS
@@ -264,7 +264,7 @@ _NOT_SIMULATED: dict[tuple[str, str], tuple[str, ...]] = {
 }
 
 _TRUTH: Final = ("", "0", "1", "false", "true")
-_OWN: Final = (MASSLESS, TINTS)
+_OWN: Final = (MASSLESS, PRESERVED, TINTS)
 """Attributes that elements have that were converted from another format."""
 _ANY: Final = Rule(free=True)
 _OF_SENSOR: Final = Rule(children={"noise": RULES["noise"]}, free=True)

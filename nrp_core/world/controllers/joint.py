@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from math import isclose, isfinite, sqrt
+from math import inf, isclose, isfinite, sqrt
 from operator import le
 from typing import Any, Generic, NamedTuple, TypeVar
 
@@ -307,7 +307,7 @@ class _Law:
         # without gains the velocity is set directly, against any damping
         self._braking = joint.damping if controller.gains is None else 0.0
         lower, upper = {
-            "position": (joint.lower, joint.upper),
+            "position": (-inf, inf) if controller.beyond else (joint.lower, joint.upper),
             "velocity": (-joint.velocity, joint.velocity),
             "effort": (-joint.effort, joint.effort),
         }[controller.kind]

@@ -106,7 +106,7 @@ _DEFAULT_OUTPUT = 1000.0
 """Limit of the output of a controller of gz-sim without one of its own, N or N m."""
 
 RANGE = "command_range"
-"""The element with the minimum and maximum of commands that controllers of MJCF have."""
+"""The element with the minimum and maximum of commands of MJCF, also beyond the limits of joints."""
 
 _SYSTEMS: dict[str, tuple[ControllerKind, str]] = {
     "JointPositionController": ("position", "{index}/cmd_pos"),
@@ -165,9 +165,11 @@ def read_system(plugin: Element, model: ModelParts, reading: Reading) -> Actuato
     initial = plugin.find("initial_position") or plugin.find("initial_velocity")
     start = initial.numbers(1)[0] if initial else (0.0 if kind == "position" else None)
     limits = plugin.find(RANGE)
-    lower, upper = limits.numbers(2) if limits else (-inf, inf)
+    lower, upper = limits.numbers(2, finite=False) if limits else (-inf, inf)
     topic = resolve_name(name, reading.robot)
-    controller = JointController(joint, kind, topic, gains, start, range=(lower, upper))
+    controller = JointController(
+        joint, kind, topic, gains, start, range=(lower, upper), beyond=limits is not None
+    )
     return Actuators(controllers=(controller,))
 
 

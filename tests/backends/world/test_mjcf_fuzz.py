@@ -14,7 +14,7 @@ from nrp_core import worlds
 from nrp_core.scene.sdf import read_scene
 
 BASE = """<mujoco><compiler angle="radian"/>
-  <option gravity="0.5 0 -9.81" cone="elliptic" {option}><flag {flag}/></option>
+  <option gravity="0.5 0 -9.81" {option}><flag {flag}/></option>
   <default><default class="of"><joint {joint}/><tendon {tendon}/><general {general}/><geom {geom}/>
     <equality {equality}/></default></default>
   <worldbody><site name="anchor" pos="-0.1 0 1.3"/>
@@ -35,6 +35,8 @@ NUMBERS = {
     "contype": ("1", "3"), "delay": ('0.02" nsample="16',), "dyntype": ("filter", "integrator", "none"),
     "gaintype": ("fixed", "affine"), "limited": ('true" range="-0.4 0.4',), "priority": ("1", "2"),
     "range": ("-0.5 0.6", "0.05 0.5"), "solimp": ("0.8 0.9 0.01 0.5 2",), "solref": ("0.03 0.8", "-400 -20"),
+    "cone": ("pyramidal", "elliptic"), "integrator": ("Euler", "RK4", "implicit"),
+    "timestep": ("0.001", "0.0025"),
     "jacobian": ("dense", "sparse"), "solver": ("CG", "PGS"), "iterations": ("50",), "tolerance": ("1e-10",),
     "actuatorgroupdisable": ("1", "3"), "ccd_iterations": ("20",), "sdf_initpoints": ("20",),
     "o_friction": ("0.3 0.3 0.01 0.001 0.001",),
@@ -50,8 +52,8 @@ NUMBERS = {
     "fluidshape": ("ellipsoid",), "shellinertia": ("false",), "active": ("true", "false"),
 }  # fmt: skip
 """Values of attributes that are not any numbers; solref and solimp have several names."""
-PLACED = {"axis", "cone", "fromto", "gravity", "group", "hfield", "integrator", "mass", "material", "mesh",
-          "pos", "quat", "axisangle", "euler", "xyaxes", "zaxis", "rgba", "timestep", "type", "user", "width",
+PLACED = {"axis", "fromto", "gravity", "group", "hfield", "mass", "material", "mesh",
+          "pos", "quat", "axisangle", "euler", "xyaxes", "zaxis", "rgba", "type", "user", "width",
           "castshadow", "class", "name", "inheritrange"}  # fmt: skip
 """Attributes that are another subject: places, looks, and what the experiment sets."""
 ENABLED = {name.removeprefix("mjENBL_").lower() for name in mujoco.mjtEnableBit.__members__}
@@ -101,14 +103,13 @@ def difference(text: str, folder: Path) -> tuple[float, str]:
     with backend.open(read_scene(folder / "arm.xml"), seed=1, options=backend.options()) as world:
         ours, here = world.engine._model, mujoco.MjData(world.engine._model)
         there = mujoco.MjData(theirs)
-        theirs.opt.integrator, theirs.opt.timestep = ours.opt.integrator, ours.opt.timestep
         for name in ("pull", "flex"):
             number = ours.actuator(f"arm/{name}/actuator").id
             here.ctrl[ours.actuator_ctrladr[number]] = there.ctrl[theirs.actuator(name).id] = 0.7
         pairs = [(theirs.joint(n).qposadr[0], ours.joint(f"{m}/{n}").qposadr[0])
                  for n, m in (("shoulder", "arm"), ("wrist", "arm"), ("free", "other"))]  # fmt: skip
         worst = 0.0
-        for _ in range(150):
+        for _ in range(round(0.3 / theirs.opt.timestep)):
             mujoco.mj_step(theirs, there)
             mujoco.mj_step(ours, here)
             moved = [there.qpos[one] - theirs.qpos0[one] - here.qpos[other] for one, other in pairs]
@@ -194,12 +195,13 @@ def test_a_height_field_is_ground_as_in_mujoco_alone(tmp_path):
     assert "height" not in warned
 
 
-def test_the_cone_of_an_included_file_acts(tmp_path):
-    (tmp_path / "settings.xml").write_text('<mujoco><option cone="pyramidal"/></mujoco>')
+def test_the_settings_of_an_included_file_act(tmp_path):
+    (tmp_path / "settings.xml").write_text('<mujoco><option cone="elliptic" timestep="0.0015"/></mujoco>')
     (tmp_path / "arm.xml").write_text(
         '<mujoco><include file="settings.xml"/><worldbody><body name="arm"><joint name="a"/><geom size="1"/>'
         "</body></worldbody></mujoco>"
     )
     backend = worlds().load("mujoco")
     with backend.open(read_scene(tmp_path / "arm.xml"), seed=1, options=backend.options()) as world:
-        assert world.engine._model.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL
+        assert world.engine._model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
+        assert world.engine.step_ns == 1_500_000

@@ -62,7 +62,7 @@ def difference(model: RandomModel, theirs: Any, path: Path) -> tuple[float, set[
     """Return the largest difference of a joint, and the sensors that differ."""
     with opened(path) as world:
         ours, here, there = world.engine._model, world.engine._data, mujoco.MjData(theirs)
-        theirs.opt.integrator, theirs.opt.timestep = ours.opt.integrator, ours.opt.timestep
+        theirs.opt.timestep = ours.opt.timestep
         for name, value in model.controls.items():
             for topic in (topic for topic in world.topics if topic.endswith(f"/{name}/cmd")):
                 there.actuator(name).ctrl = value

@@ -27,7 +27,7 @@ from nrp_core.world.engine_kit.muscles import (
 )
 
 ENGINES = ("mujoco", "pybullet")
-ARM = """<mujoco><compiler angle="degree"/><option gravity="0 0 0"/>
+ARM = """<mujoco><compiler angle="degree"/><option gravity="0 0 0" integrator="implicitfast"/>
   <worldbody><site name="o" pos="0 0 0.3"/>
     <body name="arm"><inertial mass="1" pos="0.15 0 0" diaginertia="0.01 0.01 0.01"/>
       <joint name="q" axis="0 1 0" range="-90 90" limited="true"{joint}/>
@@ -127,7 +127,6 @@ def alone(text: str, seconds: float) -> tuple[np.ndarray, np.ndarray, np.ndarray
     They are those of MuJoCo without this program.
     """
     model = mujoco.MjModel.from_xml_string(text)
-    model.opt.integrator, model.opt.timestep = mujoco.mjtIntegrator.mjINT_IMPLICITFAST, 0.002
     data = mujoco.MjData(model)
     data.ctrl = list(CONTROLS.values())
     mujoco.mj_step(model, data, round(seconds / 0.002))
@@ -201,7 +200,6 @@ def test_muscles_with_another_passive_force_keep_it_and_need_mujoco(passive, tmp
         world.run_until(50_000_000)
         found = state(world, "/arm/m/state")
     model = mujoco.MjModel.from_xml_string(text)
-    model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     data = mujoco.MjData(model)
     data.ctrl = 0.2
     mujoco.mj_step(model, data, 25)

@@ -170,12 +170,13 @@ def test_a_wrong_element_for_mujoco_is_an_error_with_file_and_line(
     assert (caught.value.path and caught.value.path.name, caught.value.line) == ("model0.sdf", 3)
 
 
-def test_models_that_contradict_each_other_in_an_option_are_refused_with_both_places(
-    open_in: Open, golden: Golden
-) -> None:
-    texts = [ROTOR.format(native=f'\n<mujoco:option impratio="{ratio}"/>') for ratio in (1, 2)]
-    with golden.raises(SceneError, match="model1.sdf:3.*'2'.*'1'.*model0.sdf:3"):
-        open_in("mujoco", *texts)
+def test_different_options_of_two_files_are_one_finding_with_the_values(open_in: Open) -> None:
+    native = '\n<mujoco:option impratio="{}" density="{}"/>'
+    world = open_in("mujoco", *(ROTOR.format(native=native.format(n, 4 + n)) for n in (1, 2)))
+    assert (world.engine._model.opt.impratio, world.engine._model.opt.density) == (1, 5)
+    (finding,) = (each for each in world.warnings if each.code is Code.NRP264)
+    assert "impratio is 1 and 2; density is 5 and 6; used: impratio 1, density 5" in finding.message
+    assert finding.line == 3
 
 
 CONTACT = """<lateral_friction value="0.7"/><rolling_friction value="0.01"/><spinning_friction value="0.02"/>

@@ -1,0 +1,34 @@
+"""Scenes that are one MJCF file: they keep the time step, the integrator and the solver of the file."""
+
+from __future__ import annotations
+
+from itertools import count
+
+from nrp_core.clock import NS_PER_S
+from nrp_core.scene.model import Model, Scene
+from nrp_core.scene.origin import Native
+
+FILE = "file"
+"""The element with the settings of the file that a model was converted from."""
+SETTINGS = ("cone", "impratio", "integrator", "solver", "timestep")
+"""Its attributes."""
+
+
+def settings_of(model: Model) -> Native | None:
+    """Return the settings of the MJCF file of a model; None if its file is another one."""
+    return next((each for each in model.native if each.full_tag == f"mujoco:{FILE}"), None)
+
+
+def settings_of_scene(scene: Scene) -> Native | None:
+    """Return the settings of the MJCF file that a whole scene is; None for other scenes."""
+    if len({model.source and model.source.file for model in scene.models}) != 1:
+        return None
+    return next(filter(None, map(settings_of, scene.models)), None)
+
+
+def step_of(settings: Native, period_ns: int | None) -> int:
+    """Return the time step of a file, ns, or the largest below that divides the step of the loop."""
+    own_ns = max(round(float(settings.attribute("timestep") or 0) * NS_PER_S), 1)
+    if period_ns is None:
+        return own_ns
+    return period_ns // next(n for n in count(-(-period_ns // own_ns)) if period_ns % n == 0)
