@@ -18,7 +18,7 @@ from gallery import FIGURES, figures, write_gallery
 from navigation import navigation
 from notebooks import copy_notebooks, notebooks
 from pages import write_documents
-from paths import PAGES, ROOT, SITE
+from paths import PAGES, REPOSITORY, ROOT, SITE
 from reference import write_reference
 from ruamel.yaml import YAML
 from verify import faults
@@ -70,6 +70,8 @@ def write_pages(*, reuse: bool) -> None:
         "site_dir": "site",
         "nav": navigation(reference),
     }
+    if REPOSITORY:
+        settings["repo_url"] = REPOSITORY
     YAML().dump(settings, PAGES.parent / "mkdocs.yml")
 
 

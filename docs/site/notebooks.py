@@ -13,7 +13,7 @@ import nbformat
 from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError
 from pages import on_the_site, write_page
-from paths import PAGES, ROOT
+from paths import PAGES, REPOSITORY, ROOT
 
 FOLDER = ROOT / "docs" / "notebooks"
 TIME_LIMIT_S = 120
@@ -41,8 +41,19 @@ def _show(path: Path) -> None:
         else _code(cell, path.stem, index)
         for index, cell in enumerate(notebook.cells)
     ]
-    download = f"[Download this notebook]({path.name}){{ download }}"
-    write_page(PurePosixPath("notebooks", f"{path.stem}.md"), "\n\n".join([title, download, *rest]))
+    links = " · ".join([f"[Download this notebook]({path.name}){{ download }}", *_online(name, REPOSITORY)])
+    write_page(PurePosixPath("notebooks", f"{path.stem}.md"), "\n\n".join([title, links, *rest]))
+
+
+def _online(name: PurePosixPath, repository: str) -> list[str]:
+    """Return links that open a notebook in Colab and Binder, if the repository is on GitHub."""
+    owner = repository.removeprefix("https://github.com/").rstrip("/")
+    if owner in ("", repository):
+        return []
+    return [
+        f"[Colab](https://colab.research.google.com/github/{owner}/blob/main/{name})",
+        f"[Binder](https://mybinder.org/v2/gh/{owner}/main?labpath={name})",
+    ]
 
 
 def _code(cell: Any, stem: str, index: int) -> str:

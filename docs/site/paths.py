@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path, PurePosixPath
 
 ROOT = Path(__file__).parents[2]
@@ -9,6 +10,9 @@ PAGES = ROOT / "build" / "docs"
 """The pages as they are handed to the site generator."""
 SITE = ROOT / "build" / "site"
 """The site itself."""
+_PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+REPOSITORY = str(_PROJECT.get("urls", {}).get("Repository", ""))
+"""The address of the repository; empty until its owner has set it."""
 
 _RENAMED = {
     "docs/gallery.md": "gallery.md",  # made by a script
