@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from nrp_core.recording.replay.replay import Replay as Replay
     from nrp_core.recording.replay.replay import ReplayRequest as ReplayRequest
     from nrp_core.recording.replay.replay import ReplayVerdict as ReplayVerdict
+    from nrp_core.recording.sealing import file_digest as file_digest
+    from nrp_core.recording.sealing import seal as seal
     from nrp_core.recording.writing.frames import SceneFrames as SceneFrames
     from nrp_core.recording.writing.muscles import MusclePaths as MusclePaths
     from nrp_core.recording.writing.signals import DeviceRecords as DeviceRecords

@@ -1,6 +1,7 @@
 """An experiment as an archive, and its repetition."""
 
 import json
+import sys
 import zipfile
 from importlib.metadata import version
 from pathlib import Path
@@ -47,6 +48,22 @@ def test_an_archive_has_runs_figures_methods_and_the_verdict(archive: Path, tmp_
     lines = (tmp_path / "requirements.txt").read_text().splitlines()
     assert {f"nrp-core=={version('nrp-core')}", f"numpy=={version('numpy')}"} <= set(lines)
     assert not any(line.startswith(("mypy", "ruff", "pip=")) for line in lines)
+    assert r"circuit & neurons & IF\_cond\_alpha & 8 \\" in (tmp_path / "tables.tex").read_text()
+    wheels = {path.name.partition("-")[0] for path in tmp_path.glob("wheels/*.whl")}
+    assert {"nrp_core", "nrp_lab"} <= wheels
+
+
+def test_an_archive_names_no_folder_of_its_author(archive: Path) -> None:
+    here = {
+        Path(place).as_posix()[1:]
+        for place in (*sys.path, Path.cwd(), sys.prefix)
+        if len(Path(place).parts) > 2
+    }
+    with zipfile.ZipFile(archive) as packed:
+        for name in packed.namelist():
+            if not name.endswith((".whl", ".mcap")):
+                content = name + packed.read(name).decode()
+                assert not [place for place in here if f"/{place}/" in content], name
 
 
 OWN = {
@@ -86,7 +103,9 @@ def test_an_archive_names_packages_and_files_that_its_runs_read_by_way_of_a_modu
     assert own in done.err
     with zipfile.ZipFile(target) as packed:
         lines = packed.read("requirements.txt").decode().splitlines()
-        assert f"- `{own}`" in packed.read("README.md").decode()
+        readme = packed.read("README.md").decode()
+        assert "/own_module.py`" in readme
+        assert str(tmp_path) not in readme
     assert f"sortedcontainers=={version('sortedcontainers')}" in lines
     assert f"nrp-lab=={version('nrp-lab')}" in lines
     assert not any(line.startswith(("nrp-legacy", "matplotlib")) for line in lines), "not read"

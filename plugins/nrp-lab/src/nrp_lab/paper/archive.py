@@ -20,12 +20,15 @@ from nrp_lab.comparison.report import grid_data, headline
 from nrp_lab.comparison.report_page import grid_page
 from nrp_lab.comparison.result import GridDiff
 from nrp_lab.comparison.signals import RunSignals
+from nrp_lab.paper.latex import latex_tables
 from nrp_lab.paper.methods import methods_page, template
-from nrp_lab.paper.requirements import files_elsewhere, requirement_lines
+from nrp_lab.paper.places import in_neutral_places, make_anonymous, neutral_places
+from nrp_lab.paper.requirements import files_elsewhere, requirement_lines, write_wheels
 
 FORMAT: Final = 1
 MANIFEST: Final = "paper.json"
 RUNS: Final = "runs"
+WHEELS: Final = "wheels"
 TOLERANCE_M: Final = 0.01
 """Largest distance between final positions of a robot on two machines whose floating point differs."""
 _FIGURES: Final = ("run", "raster", "trajectory", "devices")
@@ -68,9 +71,18 @@ def write_archive(grid: RunGrid, target: Path, workers: int, progress: Progress)
         manifest = _manifest(grid, recorded, verdict)
         lines = requirement_lines(recorded.values())
         (folder / "requirements.txt").write_text("\n".join(lines) + "\n", "utf-8")
+        (folder / "tables.tex").write_text(latex_tables(page), "utf-8")
+        (folder / WHEELS).mkdir()
+        write_wheels(lines, folder / WHEELS)
         _write_readme(manifest, folder)
+        places = neutral_places(first.run["file"].removeprefix("experiment"))
+        for cell in grid.cells:
+            make_anonymous(grid.folder(folder / RUNS, cell))
+        for file in (path for path in folder.iterdir() if path.is_file()):
+            file.write_text(in_neutral_places(file.read_text("utf-8"), places), "utf-8")
         manifest["files"] = _digests(folder)
-        (folder / MANIFEST).write_text(json.dumps(manifest, indent=1), "utf-8")
+        text = in_neutral_places(json.dumps(manifest, indent=1), places)
+        (folder / MANIFEST).write_text(text, "utf-8")
         _pack(folder, target)
     return manifest
 
