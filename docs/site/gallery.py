@@ -33,6 +33,8 @@ COCKPIT = {
 }
 """The pictures of the cockpit, which a script of its plugin takes."""
 
+LIVE = "braitenberg_husky"
+"""The experiment whose run the site offers to play with, as one file that `nrp share` wrote."""
 VIDEOS = {"fly": ("--speed", "0.25")}
 """The experiments of which a video is made, and the options of `nrp video`."""
 
@@ -50,6 +52,8 @@ def write_gallery() -> None:
         experiment = YAML(typ="safe").load((files(package) / "experiment.yaml").read_text())
         text = f"## {name.replace('_', ' ').capitalize()}\n\n{experiment['description'].strip()}\n"
         text += f"\n[![The run of {name}](images/gallery/{name}.png)](images/gallery/{name}.png)\n"
+        if name == LIVE:
+            text += "\n[Play with this run](images/gallery/live.html): one file, which needs no server.\n"
         if name in VIDEOS:
             film = f'<video controls muted width="640" src="images/gallery/{name}.mp4"></video>'
             text += f"\n{film}\n\n`nrp video` made it of the recorded run.\n"
@@ -66,13 +70,16 @@ def _shipped() -> dict[str, str]:
 
 def _draw(name: str) -> None:
     figure = ["run", name, "--overwrite", "--plot", str(FIGURES / f"{name}.png")]
-    if name not in VIDEOS:
+    if name not in (LIVE, *VIDEOS):
         _nrp(*figure)
         return
     with tempfile.TemporaryDirectory() as folder:
         recording = str(Path(folder, name))
         _nrp(*figure, "--record", recording)
-        _nrp("video", recording, *VIDEOS[name], "--overwrite", "-o", str(FIGURES / f"{name}.mp4"))
+        if name in VIDEOS:
+            _nrp("video", recording, *VIDEOS[name], "--overwrite", "-o", str(FIGURES / f"{name}.mp4"))
+        if name == LIVE:
+            _nrp("share", recording, "--overwrite", "-o", str(FIGURES / "live.html"))
 
 
 def _nrp(*words: str) -> None:

@@ -1,4 +1,4 @@
-"""Ordinary mistakes in the experiment of the README are found at their lines."""
+"""Ordinary mistakes in the experiment of a tutorial are found at their lines."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from nrp_core.checks.validate import validate_file
 from nrp_core.errors import NrpError
 from nrp_core.findings import Finding, Level
 
-README = (Path(__file__).parents[2] / "README.md").read_text("utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "tutorial" / "own-experiment.md").read_text("utf-8")
 FILES = {
     name: next(
-        block for block in re.findall(r"```\w+\n(.*?)```", README, re.S) if block.startswith(f"# {name}")
+        block for block in re.findall(r"```\w+\n(.*?)```", PAGE, re.S) if block.startswith(f"# {name}")
     )
     for name in ("brain.py", "functions.py", "crossed.yaml")
 }
