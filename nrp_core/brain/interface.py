@@ -81,7 +81,7 @@ class Brain(Overview, Simulation):
         self.capabilities = capabilities.extended(network)
         step_ns = capabilities.resolution_ns
         self._grid_of_stops = None if step_ns is None else Grid(step_ns, type(self).__name__)
-        self._currents = np.zeros(network.size)
+        self._stop_currents()
         self._frozen: frozenset[str] = frozenset()
         self._changed: dict[str, dict[str, FloatArray]] = {}  # parameters by the labels of populations
         self._began_ns = 0  # the time of the run at which the time of the engine is 0
@@ -484,7 +484,8 @@ class Brain(Overview, Simulation):
         grid_ns = self.capabilities.resolution_ns or 1
         at_ns, began_ns = self.now_ns, self._began_ns
         if not (self._attached.currents or self._attached.injected):
-            self._update_currents(at_ns)
+            if self._flowing:
+                self._update_currents(at_ns)
             self._run_recording(at_ns, t_ns, grid_ns)
             return
         while at_ns < t_ns:
@@ -513,19 +514,20 @@ class Brain(Overview, Simulation):
     def _sample(self, recorder: StateRecorderPort, values: FloatArray) -> None:
         recorder.take(np.array([self.now_ns]), values[np.newaxis])
 
+    def _stop_currents(self) -> None:
+        self._currents, self._flowing = np.zeros(self.network.size), False
+
     def _update_currents(self, now_ns: int) -> None:
-        if not (self._attached.currents or self._attached.injected or np.count_nonzero(self._currents)):
-            return
         total = self._attached.injected.total_na(now_ns - self._began_ns).copy()
         for source in self._attached.currents:
             np.add.at(total, source.neurons, source.current_na(now_ns))
         if (total != self._currents).any():
-            self._currents = total
+            self._currents, self._flowing = total, bool(total.any())
             self._do_set_current(total)
 
     def _reset(self) -> None:
         self._attached.reset(self._seeds)
-        self._currents = np.zeros(self.network.size)
+        self._stop_currents()
         self._began_ns = 0
         self._freeze(frozenset())
         self._changed = {}
@@ -536,7 +538,7 @@ class Brain(Overview, Simulation):
     def _reset_state(self) -> None:
         """Reset cells, weights and events in transit; source populations fire as they did from time 0."""
         self._attached.reset_trains(self._seeds)
-        self._currents = np.zeros(self.network.size)
+        self._stop_currents()
         self._freeze(frozenset())
         self._changed = {}
         self._do_reset(self._seed)
@@ -552,7 +554,7 @@ class Brain(Overview, Simulation):
         self._require_snapshot()
         seed, currents, names, devices, state, *later = saved  # version 0.1 stored no more
         self._attached.restore(names, devices)
-        self._seed, self._currents = seed, currents
+        self._seed, self._currents, self._flowing = seed, currents, bool(currents.any())
         self._began_ns = later[0] if later else 0
         self._freeze(later[1] if len(later) > 1 else frozenset())  # its effect on the state now is lost
         self._changed = dict(later[2]) if len(later) > 2 else {}

@@ -33,5 +33,6 @@ def feel(t, scan, feelers, clearance):
 @nrp.MapSpikeSink("right", nrp.brain.wheels[CELLS:], nrp.population_rate, tau_fall=50.0)
 @nrp.Neuron2Robot(nrp.Topic("/pioneer/cmd_vel", Twist), vectorized=True)
 def drive(t, left, right):
-    forward, turn = SPEED * (left.rate + right.rate) / 2, SPEED * (right.rate - left.rate) / TRACK
+    on_left, on_right = left.rate, right.rate
+    forward, turn = SPEED * (on_left + on_right) / 2, SPEED * (on_right - on_left) / TRACK
     return Twist(Vector3(forward), Vector3(0.0, 0.0, turn))

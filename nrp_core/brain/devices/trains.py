@@ -132,6 +132,7 @@ class TrainPort(SourcePort):
         self._spec = spec
         start_ns, duration_ns = nanoseconds([spec.start, spec.duration]).tolist()
         self._borders_ns = start_ns, start_ns + duration_ns
+        self._is_endless = start_ns <= 0 and spec.duration == inf
         self._rates = Setting("rate", len(neurons), least=0.0, most=MAX_RATE_HZ / spec.n)
         self._weights = np.full(_BLOCK, spec.weight)
         self._synapses: ShortTermSynapses | None = None
@@ -189,6 +190,8 @@ class TrainPort(SourcePort):
 
     def _between(self, since_ms: float, until_ms: float) -> tuple[FloatArray, IntArray]:
         """Return times and neurons of the spikes in a window."""
+        if self._is_endless:  # as usual
+            return self._segment(since_ms, until_ms)
         since_ns, until_ns = from_milliseconds(since_ms), from_milliseconds(until_ms)
         cuts = [milliseconds(border_ns) for border_ns in self._borders_ns if since_ns < border_ns < until_ns]
         if not cuts:
@@ -200,7 +203,7 @@ class TrainPort(SourcePort):
     def _segment(self, since_ms: float, until_ms: float) -> tuple[FloatArray, IntArray]:
         """Return times and neurons of the spikes in an interval within which the rate is constant."""
         start_ns, stop_ns = self._borders_ns
-        on = self.active and start_ns <= from_milliseconds(since_ms) < stop_ns
+        on = self.active and (self._is_endless or start_ns <= from_milliseconds(since_ms) < stop_ns)
         rate = self._operational_rate if on else 0.0
         if rate != self._anchored_rate:
             self._anchor_u += self._anchored_rate * (since_ms - self._anchor_ms) * 1e-3

@@ -218,8 +218,10 @@ class Once(Judge):
         gap = self._sentence.condition.gap(value)
         self._first_gap = gap if self._first_gap is None else self._first_gap
         if self._least_gap is None or gap < self._least_gap:
-            self._least_gap, self._nearest_text = gap, self._sentence.value_text()
-            if self._limit is not None:
+            self._least_gap = gap
+            if self._limit is None:  # not in each step of an approach: it takes time
+                self._nearest_text = self._sentence.value_text()
+            else:
                 self._distance = float(value)
 
     def _finish(self, now_ns: int) -> None:
