@@ -95,6 +95,7 @@ class Switchboard:
         self.observers: list[Callable[[str, Stamped], None]] = []
         self._engine, self._step_ns, self._owner = engine, engine.step_ns, owner
         self._parts: dict[str, Part] = {}
+        self._others: dict[str, list[Part]] = {}
         self._layouts: dict[str, NumberLayout] = {}
         self._topics: dict[str, TopicInfo] = {}
         self._aliases: dict[str, str] = {}
@@ -244,12 +245,17 @@ class Switchboard:
     def connect(self, part: Part) -> None:
         """Add the topics of a part; subscribers of topics with the same names stay subscribed.
 
+        Several parts may obey one topic of commands.
+
         Raises:
             TopicError: another part has a topic of that name.
         """
         for topic in part.topics:
-            if topic.name in self._topics:
-                who = f"{self._topics[topic.name].what} and {topic.what}"
+            if known := self._topics.get(topic.name):
+                if known.direction is topic.direction is Direction.IN and known.type is topic.type:
+                    self._others.setdefault(topic.name, []).append(part)
+                    continue
+                who = f"{known.what} and {topic.what}"
                 raise TopicError(f"two parts of the scene have the topic '{topic.name}': {who}")
             self._topics[topic.name] = topic
             self._parts[topic.name] = part
@@ -265,6 +271,12 @@ class Switchboard:
     def disconnect(self, part: Part) -> None:
         """Remove the topics of a part; their subscribers receive no further messages."""
         for topic in part.topics:
+            if others := self._others.get(topic.name):
+                if self._parts[topic.name] is part:
+                    self._parts[topic.name] = others.pop(0)
+                else:
+                    others.remove(part)
+                continue
             del self._topics[topic.name], self._parts[topic.name]
             self._layouts.pop(topic.name, None)
             self._rated.pop(topic.name, None)
@@ -334,7 +346,8 @@ class Switchboard:
         part = self._parts.get(name)
         if part is not None:
             try:
-                part.write(name, message if numbers is None else numbers, self._engine.now_ns)
+                for each in (part, *self._others.get(name, ())):
+                    each.write(name, message if numbers is None else numbers, self._engine.now_ns)
             except BaseException as error:
                 self._fail(name, error)
                 raise
@@ -349,14 +362,15 @@ class Switchboard:
         self._owner.fail(f"take a message on {name}", error)
 
     def deliver_numbers(self, name: str, numbers: Sequence[float]) -> bool:
-        """Deliver the finite numbers of a message to its only receiving part, if any."""
+        """Deliver the finite numbers of a message to the parts of its topic, if any."""
         self._owner.require_ready()
         alone = not self.observers and self._held is None and name in self._layouts
         part = self._parts.get(name) if alone else None
         if part is None:
             return False
         try:
-            part.write(name, numbers, self._engine.now_ns)
+            for each in (part, *self._others.get(name, ())):
+                each.write(name, numbers, self._engine.now_ns)
         except BaseException as error:
             self._fail(name, error)
             raise

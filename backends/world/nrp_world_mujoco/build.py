@@ -22,7 +22,7 @@ from nrp_core.world.engine_kit.planar_servo import PlanarServo, planar_drives, s
 from nrp_core.world.engine_kit.simulated import simulated_bodies
 from nrp_core.world.robot_setup import HELD
 from nrp_world_mujoco.library import compile_spec, mujoco, pos_quat, scalar_first
-from nrp_world_mujoco.mechanisms import BuiltParts, touches_itself
+from nrp_world_mujoco.mechanisms import FREE, BuiltParts, touches_itself
 from nrp_world_mujoco.muscles import add_muscles
 from nrp_world_mujoco.native import NativeElements, let_weigh_nothing, neighbours
 from nrp_world_mujoco.one_file import settings_of_scene
@@ -253,7 +253,7 @@ class _Builder:
             else:
                 _set_inertial(element, body.inertial)
         if body.floats:
-            element.add_freejoint()
+            element.add_freejoint(name=f"{model}/{body.name}/{FREE}")
         for link in body.links:
             self._add_link((model, index), element, link, frame @ link.pose)
         return element

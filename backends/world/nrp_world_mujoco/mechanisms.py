@@ -29,6 +29,8 @@ _TARGETS = {"joint": "joint", "jointinparent": "joint", "tendon": "tendon", "sit
             "body": "link", "cranksite": "site", "slidersite": "site"}  # fmt: skip
 _MEASURED = {"joint": "joint", "tendon": "tendon", "site": "site", "body": "link", "objname": "site",
              "refname": "site"}  # fmt: skip
+FREE = "free"
+"""The name of the free joint of a body, after that of its link: ``base/free``."""
 _SERVOS = ("position", "velocity")
 WORLD = "world"
 """The link of a place that does not move, unless the model has a link of this name."""
@@ -73,6 +75,9 @@ class _Names:
         of = parts.model.name
         self.kinds["link"] |= {f"{of}/{name}": body.name for name, (body, _) in parts.links.items()}
         self.kinds["joint"] |= {f"{of}/{name}": joint.name for name, joint in parts.joints.items()}
+        self.kinds["joint"] |= {f"{of}/{name}/{FREE}": joint.name for name, (body, _) in parts.links.items()
+                                for joint in body.joints
+                                if joint.type == mujoco.mjtJoint.mjJNT_FREE}  # fmt: skip
         self.kinds["collision"] |= {geom.name: geom.name for each in parts.geoms.values() for geom in each}
 
     def find(self, kind: str, name: str, of: str) -> str | None:

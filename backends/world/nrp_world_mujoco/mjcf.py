@@ -48,11 +48,6 @@ _NOTHING = Inertial(LEAST_MASS, inertia=(LEAST_MOMENT, LEAST_MOMENT, LEAST_MOMEN
 """Of a body without mass, and of a link between two joints of a body: the least that is not repaired."""
 
 _LEFT_OUT = {"nflex": "flexible bodies"}
-_NOT_KEPT = {
-    "jnt_stiffnesspoly": "springs of joints whose stiffness is a polynomial",
-    "dof_dampingpoly": "dampers of joints whose damping is a polynomial",
-}
-"""Properties that are 0 where a file does not have them."""
 
 
 def read_mjcf(path: Path) -> tuple[str, Findings]:
@@ -68,6 +63,11 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
     except (ValueError, OSError) as error:
         raise SceneError(f"MuJoCo cannot read this: {' '.join(str(error).split())}", path=path) from None
     root = read_xml(path)
+    acting = (model.actuator_plugin, model.geom_plugin, model.body_plugin)
+    if plugins := {int(number) for each in acting for number in each if number >= 0}:
+        names = ", ".join(f"'{each.plugin_name}'" for each in spec.plugins if each.id in plugins)
+        message = f"plugins of MuJoCo that move bodies are not supported: {names or len(plugins)}"
+        raise (root.find("extension") or root).error(message)
     warn_of_one_sided_limits(root, spec, model, warnings)
     options = (option for file in _with_included(root, path.parent) for option in file.all("option"))
     cones = [option.attributes["cone"] for option in options if "cone" in option.attributes]
@@ -90,10 +90,9 @@ def _left_out(spec: Any, model: Any, touching: set[int]) -> list[str]:
     left_out = [
         f"{getattr(model, field)} {what}" for field, what in _LEFT_OUT.items() if getattr(model, field)
     ]
-    for field, what in _NOT_KEPT.items():
-        values = np.asarray(getattr(model, field))
-        if having := int(values.any(axis=tuple(range(1, values.ndim))).sum()):
-            left_out.append(f"{having} {what}")
+    if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP:
+        asleep = sum(body.sleep == mujoco.mjtSleepPolicy.mjSLEEP_INIT for body in spec.bodies)
+        left_out += [f"the sleep of {asleep} bodies at the start"] if asleep else []
     balls = model.jnt_type == mujoco.mjtJoint.mjJNT_BALL
     if limited := int((balls & (model.jnt_limited != 0)).sum()):
         left_out.append(f"the limits of {limited} ball joints")

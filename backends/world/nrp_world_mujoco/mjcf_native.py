@@ -14,7 +14,7 @@ import numpy as np
 
 from nrp_world_mujoco.actuators import LAW, Actuator, actuators_of
 from nrp_world_mujoco.library import mujoco
-from nrp_world_mujoco.mechanisms import WORLD
+from nrp_world_mujoco.mechanisms import FREE, WORLD
 from nrp_world_mujoco.mjcf_sensors import SensorElements
 from nrp_world_mujoco.muscles import muscle_elements
 from nrp_world_mujoco.native import OF_SCENE_GEOM, OF_SCENE_JOINT, pose_in_file
@@ -175,9 +175,8 @@ class NativeElements:
             if mujoco.mjtJoint(m.jnt_type[joint]) == mujoco.mjtJoint.mjJNT_FREE:
                 yield from self._free(joint)
                 continue
-            stiffness = float(np.ravel(m.jnt_stiffness[joint])[0])
-            if stiffness and mujoco.mjtJoint(m.jnt_type[joint]) == mujoco.mjtJoint.mjJNT_BALL:
-                values["stiffness"] = _text(stiffness)
+            ball = mujoco.mjtJoint(m.jnt_type[joint]) == mujoco.mjtJoint.mjJNT_BALL
+            values |= self._springs(joint, bool(m.jnt_stiffness[joint]) and ball)
             for numbers, at in ((_JOINT, joint), (_OF_DOF, dof)):
                 for name, (field, usual) in numbers.items():
                     stated = (name in _STOP and m.jnt_limited[joint]) or (
@@ -191,11 +190,19 @@ class NativeElements:
                     _element("joint", {"name": self.names.joint(joint), **values}),
                 )
 
+    def _springs(self, joint: int, always: bool) -> dict[str, str]:
+        """Return the spring and the damper of a joint that are polynomials, or its spring always."""
+        m, dof = self._m, int(self._m.jnt_dofadr[joint])
+        laws = {"stiffness": (m.jnt_stiffness[joint], m.jnt_stiffnesspoly[joint]),
+                "damping": (m.dof_damping[dof], m.dof_dampingpoly[dof])}  # fmt: skip
+        return {name: _text([first, *rest] if np.any(rest) else first) for name, (first, rest) in laws.items()
+                if np.any(rest) or (always and name == "stiffness")}  # fmt: skip
+
     def _free(self, joint: int) -> Iterator[tuple[str, str]]:
         m, body, dof = self._m, int(self._m.jnt_bodyid[joint]), int(self._m.jnt_dofadr[joint])
-        numbers = {"stiffness": float(np.ravel(m.jnt_stiffness[joint])[0])}
-        numbers |= {name: float(getattr(m, f"dof_{name}")[dof]) for name in _OF_FREE_DOF}
+        numbers = {name: float(getattr(m, f"dof_{name}")[dof]) for name in _OF_FREE_DOF}
         values = {name: _text(number) for name, number in numbers.items() if number}
+        values |= self._springs(joint, bool(m.jnt_stiffness[joint]))
         if values:
             yield self.names.model(body), _element("freejoint", {"link": self.names.body(body), **values})
 
@@ -458,9 +465,11 @@ class NativeElements:
         gear = m.actuator_gear[m.actuator_outadr[number]]
         values = {"gear": _text(gear)}
         if kind in (kinds.mjTRN_JOINT, kinds.mjTRN_JOINTINPARENT):
-            owner = self.names.model(int(m.jnt_bodyid[one]))
-            tag = "joint" if kind == kinds.mjTRN_JOINT else "jointinparent"
-            return owner, {tag: self.names.joint(one), **values}, float(gear[0]) * self._zero(one)
+            body = int(m.jnt_bodyid[one])
+            owner, tag = self.names.model(body), "joint" if kind == kinds.mjTRN_JOINT else "jointinparent"
+            free = mujoco.mjtJoint(m.jnt_type[one]) == mujoco.mjtJoint.mjJNT_FREE
+            name = f"{self.names.body(body)}/{FREE}" if free else self.names.joint(one)
+            return owner, {tag: name, **values}, float(gear[0]) * self._zero(one)
         if kind == kinds.mjTRN_TENDON:
             owner = self.names.model(self._end_body(False, one))
             shift = float(gear[0]) * self._shift_of_tendon(one)

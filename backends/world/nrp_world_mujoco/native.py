@@ -181,8 +181,7 @@ _SOLVER = ("solreflimit", "solimplimit", "solreffriction", "solimpfriction")
 OF_SCENE_JOINT = ("axis", "damping", "frictionloss", "group", "limited", "pos", "range", "ref", "springref",
                   "stiffness", "type", "user")  # fmt: skip
 """Attributes that the joint of a scene has, and those that do not act."""
-_OF_JOINT = tuple(name for name in attributes_of("joint") if name not in OF_SCENE_JOINT)
-_OF_BALL = (*_OF_JOINT, "stiffness")
+_OF_JOINT = (*(name for name in attributes_of("joint") if name not in OF_SCENE_JOINT), "damping", "stiffness")
 _OF_FREE_JOINT = ("armature", "damping", "frictionloss", "stiffness", *_SOLVER)
 OF_SCENE_GEOM = ("axisangle", "castshadow", "density", "euler", "fitscale", "fromto", "group", "hfield",
                  "mass", "material", "mesh", "pos", "quat", "rgba", "shellinertia", "size", "type", "user",
@@ -252,8 +251,7 @@ class NativeElements:
                 self._set_options(element)
             case "joint":
                 joint = _named(element, "name", parts.joints, "moving joint")
-                ball = joint.type == mujoco.mjtJoint.mjJNT_BALL
-                _copy(_values(element, _OF_BALL if ball else _OF_JOINT, "name"), [joint])
+                _copy(_values(element, _OF_JOINT, "name"), [joint])
             case "freejoint":
                 body, _ = _named(element, "link", parts.links, "link")
                 free = [each for each in body.joints if each.type == mujoco.mjtJoint.mjJNT_FREE]

@@ -48,7 +48,12 @@ def _lacking(model: Model, foreign: Sequence[Native]) -> Iterator[tuple[str, str
         yield "armature", f"the inertia of the motors (armature) of {of} at {joints}"
     for tag, name, what in (
         ("body", "gravcomp", "the partial gravcomp of {} bodies"),
-        ("joint", "stiffness", "the springs of {} ball joints"),
+        (
+            "joint",
+            "stiffness",
+            "the springs of {} joints, which are ball joints or have springs that are not linear",
+        ),
+        ("joint", "damping", "the dampers of {} joints that are not linear"),
     ):
         if having := sum(each.tag == tag and _has(each, name) for each in foreign):
             yield name, f"{what.format(having)} of {of}"
@@ -60,7 +65,7 @@ def _lacking(model: Model, foreign: Sequence[Native]) -> Iterator[tuple[str, str
 def _has(element: Native, name: str) -> bool:
     """Return whether an attribute is a number other than 0."""
     try:
-        return float(element.attribute(name) or 0) != 0
+        return any(float(number) for number in (element.attribute(name) or "").split())
     except ValueError:  # the engine that it is for reports that
         return False
 

@@ -200,6 +200,17 @@ def chain() -> Model:
     return Model("chain", tuple(links), tuple(joints), pose=Pose((0, 0, 2.0)), controllers=tuple(control))
 
 
+def test_all_joints_with_one_topic_obey_its_commands(open_world, advance):
+    model = chain()
+    shared = tuple(replace(each, topic="/servo_0") for each in model.controllers)
+    world = open_world(replace(model, controllers=shared))
+    world.advertise("/servo_0").publish(Float64(0.2))
+    advance(world, 3.0)
+    assert world.joint_states("chain").positions == pytest.approx([0.2] * 3, abs=0.1)
+    world.call("/gazebo/delete_model", "chain")
+    assert "/servo_0" not in world.topics
+
+
 # -- pushes
 
 

@@ -69,8 +69,8 @@ def paired(ours: Any, theirs: Any) -> list[tuple[int, int]]:
     kinds = mujoco.mjtJoint
     known = {}
     for joint in range(ours.njnt):
-        _, _, name = ours.joint(joint).name.partition("/")
-        known[name or ours.body(ours.jnt_bodyid[joint]).name.partition("/")[0]] = joint
+        body, _, name = ours.joint(joint).name.partition("/")
+        known[body if name.endswith("/free") else name] = joint
     names = [
         theirs.body(theirs.jnt_bodyid[joint]).name or f"body_{theirs.jnt_bodyid[joint]}"
         if kinds(theirs.jnt_type[joint]) == kinds.mjJNT_FREE

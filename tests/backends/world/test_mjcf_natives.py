@@ -553,3 +553,46 @@ def test_a_muscle_that_moves_nothing_opens(tmp_path):
     (tmp_path / "arm.xml").write_text(text.replace('force="30"', 'force="-1"'))
     with opened(read_scene(tmp_path / "arm.xml")) as world:
         assert ours(world, {}, 0.1)
+
+
+SPRINGS = """<mujoco><worldbody>
+  <body name="arm" pos="0 0 1"><joint name="a" axis="0 1 0" damping=".1 .2" stiffness="1 2 3"/>
+    <geom type="capsule" fromto="0 0 0 .3 0 0" size=".02" mass=".2"/>
+    <body name="hand" pos=".3 0 0"><joint name="b" type="ball" damping=".01 .02" stiffness=".1 .2"/>
+      <geom type="capsule" fromto="0 0 0 .3 0 0" size=".02" mass=".2"/></body></body>
+  <body name="ball" pos="0 1 1"><freejoint name="free"/><geom size=".1" mass="1"/></body></worldbody>
+  <actuator><motor name="turn" joint="b" gear="0.1 0.3 0.2"/>
+    <motor name="lift" joint="free" gear="0 0 20 0 1 0"/>
+    <position name="reach" joint="a" kp="1"/></actuator></mujoco>"""
+
+
+def test_springs_of_any_law_motors_on_any_joint_and_targets_beyond_limits_act_as_in_mujoco_alone(tmp_path):
+    text = SPRINGS.replace('name="a"', 'name="a" range="-0.1 0.1"')
+    (tmp_path / "arm.xml").write_text(text)
+    theirs = mujoco.MjModel.from_xml_string(text)
+    there = mujoco.MjData(theirs)
+    there.ctrl = 0.9, 0.6, 1.5
+    mujoco.mj_step(theirs, there, 150)
+    with opened(read_scene(tmp_path / "arm.xml")) as world:
+        topics = "/arm/turn/cmd", "/ball/lift/cmd", "/arm/a/cmd_pos"
+        for topic, value in zip(topics, (0.9, 0.6, 1.5), strict=True):
+            world.advertise(topic).publish(Float64(value))
+        world.run_until(300_000_000)
+        assert not {Code.NRP260, Code.NRP299} & {each.code for each in world.warnings}
+        np.testing.assert_allclose(world.engine._data.qpos, there.qpos, rtol=0, atol=1e-12)
+
+
+TORUS = """<mujoco><extension><plugin plugin="mujoco.sdf.torus"><instance name="t">
+  <config key="radius1" value="0.35"/><config key="radius2" value="0.15"/></instance></plugin></extension>
+  <asset><mesh name="t"><plugin instance="t"/></mesh></asset>
+  <worldbody><body><freejoint/><geom type="sdf" mesh="t"><plugin instance="t"/></geom></body></worldbody>
+</mujoco>"""
+
+
+def test_plugins_of_mujoco_are_refused_and_bodies_that_begin_asleep_are_reported(tmp_path):
+    (tmp_path / "torus.xml").write_text(TORUS)
+    with pytest.raises(SceneError, match=r"torus.xml:1: .*'mujoco.sdf.torus'"):
+        read_scene(tmp_path / "torus.xml")
+    asleep = '<mujoco><option><flag sleep="enable"/></option><worldbody><body name="b" sleep="init">'
+    (tmp_path / "b.xml").write_text(f'{asleep}<freejoint/><geom size="1"/></body></worldbody></mujoco>')
+    assert [each.code for each in read_scene(tmp_path / "b.xml").warnings] == [Code.NRP260]
