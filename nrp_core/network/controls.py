@@ -16,6 +16,7 @@ import numpy as np
 from nrp_core._support.arrays import IntArray
 from nrp_core.errors import NetworkError
 from nrp_core.network.data import LISTED, Network, Projection
+from nrp_core.network.interventions import Intervention
 from nrp_core.seeds import Seeds
 
 Control = Callable[[Network, Seeds], Network]
@@ -82,6 +83,40 @@ def with_shuffled_signs(network: Network, seeds: Seeds) -> Network:
         if moved.any():
             projections.append(_on_other_receptor(network, projection.only(moved)))
     return replace(network, projections=tuple(projections))
+
+
+_QUARTERS: Final = (0.25, 0.5, 0.75)
+
+
+def with_matched_cells_silenced(network: Network, cells: str, seeds: Seeds) -> Network:
+    """Return the network with as many other cells silenced as a population or group has.
+
+    Each is drawn from the same population and quarter of the numbers of outgoing synapses, as far as that
+    has enough other cells.
+
+    Raises:
+        NetworkError: no other cell has outgoing synapses.
+        NeuronSelectionError: the cells do not exist.
+    """
+    named, rng = network.neurons(cells), seeds.stream("matched")
+    degrees = np.zeros(network.size, np.int64)
+    for projection in network.projections:
+        degrees += np.bincount(network.offsets[projection.pre] + projection.pre_index, minlength=network.size)
+    drawn = [np.empty(0, np.int64)]
+    for label in network.populations:
+        ids = network.ids_of(label)
+        quarter = np.searchsorted(np.quantile(degrees[ids], _QUARTERS), degrees[ids]) if len(ids) else ids
+        mine, others = np.isin(ids, named), (degrees[ids] > 0) & ~np.isin(ids, named)
+        for number in np.unique(quarter[mine]):
+            alike = ids[others & (quarter == number)]
+            drawn.append(rng.choice(alike, min(len(alike), int((mine & (quarter == number)).sum())), False))
+    matched = np.sort(np.concatenate(drawn))
+    if not len(matched):
+        raise NetworkError(f"no other cell is like those of '{cells}', so none can be silenced instead")
+    changed = Intervention.silence("matched").of(
+        replace(network, views={**network.views, "matched": matched})
+    )
+    return replace(changed, views=network.views)
 
 
 def _has_sign(projection: Projection) -> bool:

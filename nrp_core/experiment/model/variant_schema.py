@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from nrp_core.clock import seconds
 from nrp_core.experiment.model.section import Section
-from nrp_core.network.controls import CONTROLS, Control
+from nrp_core.network.controls import CONTROLS, Control, with_matched_cells_silenced
 from nrp_core.network.interventions import Intervention
 from nrp_core.quantities import DurationNs, RateHz, TimeNs
 
@@ -108,6 +108,8 @@ class WiringControl(Section):
     """Exchange the signs of cells, or the weights of the synapses of each projection."""
     silence: str | None = None
     """Cut all synapses from these cells, a population or named group."""
+    silence_matched: str | None = None
+    """Cut all synapses from as many other cells of the same population and quarter of out-degrees."""
 
     @model_validator(mode="after")
     def _one_kind(self) -> WiringControl:
@@ -127,8 +129,10 @@ class WiringControl(Section):
         if self.silence is not None:
             change = Intervention.silence(self.silence)
             return lambda network, seeds: change.of(network)  # noqa: ARG005
+        if (cells := self.silence_matched) is not None:
+            return lambda network, seeds: with_matched_cells_silenced(network, cells, seeds)
         kind, _, statistic = self.name.partition(": ")
         return CONTROLS[kind, statistic]
 
 
-_KINDS = ("rewire", "shuffle", "silence")
+_KINDS = ("rewire", "shuffle", "silence", "silence_matched")

@@ -107,7 +107,7 @@ CONTINUED = {
 """Folders whose runs are reused."""
 OTHERS = {
     ("run", "control"), ("publish", "socket"), ("functions", "socket"),  # of a run
-    ("diff", "baseline"),  # one that exists is read
+    ("diff", "baseline"), ("diff", "animal"),  # files that are read
     *((command, "models") for command in ("run", "validate", "map", "inspect", "diff", "import", "paper")),
     ("cockpit", "models"), ("design", "models"),
     *((command, "recording") for command in ("replay", "plot", "video", "export", "recover", "share")),

@@ -15,7 +15,7 @@ from nrp_conformance.brain import kit
 from nrp_conformance.brain.kit import SAMPLES
 
 from nrp_core.errors import NetworkError, NeuronSelectionError
-from nrp_core.network.controls import CONTROLS
+from nrp_core.network.controls import CONTROLS, with_matched_cells_silenced
 from nrp_core.network.data import Network, Projection
 from nrp_core.network.interventions import Intervention
 from nrp_core.network.rewiring import Neuromodulation
@@ -242,3 +242,22 @@ def test_projections_without_selected_synapses_stay_the_same_objects() -> None:
 def test_an_unknown_name_is_an_error_with_the_nearest_one(golden: Golden) -> None:
     with golden.raises(NeuronSelectionError, match="'fow'.*'few'"):
         Intervention.lesion("fow").of(sparse(5))
+
+
+@given(seed=st.integers(0, 50))
+def test_cells_that_are_silenced_instead_are_as_many_others_of_the_same_quarter_of_degrees(seed: int) -> None:
+    network = sparse(seed)
+    degrees = np.bincount(np.concatenate([one.pre_index for one in network.projections]), minlength=N)
+    quarter = np.searchsorted(np.quantile(degrees, (0.25, 0.5, 0.75)), degrees)
+    found = with_matched_cells_silenced(network, "few", Seeds(seed))
+    left = np.bincount(np.concatenate([one.pre_index for one in found.projections]), minlength=N)
+    silenced = np.flatnonzero((left == 0) & (degrees > 0))
+    assert not set(silenced) & set(network.views["few"])
+    assert sorted(quarter[silenced]) == sorted(quarter[network.views["few"]])
+    assert (left[left > 0] == degrees[left > 0]).all()
+    assert found.views == network.views
+
+
+def test_nothing_is_silenced_instead_of_everything(golden: Golden) -> None:
+    with golden.raises(NetworkError, match="'n'"):
+        with_matched_cells_silenced(sparse(0), "n", Seeds(0))

@@ -125,6 +125,23 @@ def diff(
             "METRIC/PART, or a measure of engines; for old records FILE or FILE/HEADER; repeatable.",
         ),
     ] = None,
+    evidence: Annotated[
+        bool,
+        typer.Option(
+            "--evidence",
+            envvar="NRP_EVIDENCE",
+            help="Is it the wiring? Run all controls, the decoder alone, and what --animal, --brains, "
+            "--worlds and --timesteps name, and write a page (by default EXPERIMENT.evidence.html).",
+        ),
+    ] = False,
+    animal: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FILE",
+            envvar="NRP_ANIMAL",
+            help="With --evidence: a network file of another animal; repeatable.",
+        ),
+    ] = None,
     engines: Annotated[
         bool,
         typer.Option(
@@ -160,6 +177,7 @@ def diff(
     json: Json = False,
 ) -> None:
     """Report if a result depends on the simulator, the wiring or the time step; fail if it does or may."""
+    from nrp_lab.commands.evidence import Request, write_evidence
     from nrp_lab.comparison.engine_measures import MEASURES, is_measure
     from nrp_lab.comparison.metric import Margins, all_metrics
     from nrp_lab.comparison.old_records import RecordsDiff, is_records, tolerances_of
@@ -204,6 +222,20 @@ def diff(
             0 if (pair.engines.agrees and not pair.flaws if engines else pair.is_identical) else NO
         )
     settings = overrides_of(overrides, brain=None, world=None, models=models)
+    if evidence or animal:
+        refuse_given(context, "the evidence is about the wiring; omit this option", _OF_ENGINES)
+        others = {
+            "animal": [str(path) for path in animal or ()],
+            "brain": names(brains),
+            "world": chosen_worlds(experiment, worlds),
+            "timestep": names(timesteps),
+        }
+        request = Request(
+            experiment, chosen_controls(controls), others, seeds, settings, vary or [], results, jobs, margins
+        )
+        page = html or _folder(experiment).with_suffix(".evidence.html")
+        require_writable(page, "--html", overwrite=overwrite)
+        raise typer.Exit(0 if write_evidence(request, page, as_json=json) else NO)
     grid = _grid(experiment, brains, worlds, controls, seeds, settings, vary or [], timesteps)
     if grid.compares_variants and (engines or baseline):
         raise typer.BadParameter(
@@ -257,8 +289,9 @@ def _grid(
     wirings = chosen_controls(controls)
     with usage_errors("--timesteps"):
         steps = [step for step in names(timesteps) if time_ns(step)]
-    engines = installed_worlds(experiment) if worlds.strip() == "all" else names(worlds)
-    grid = RunGrid.of(experiment, names(brains), engines, seeds, settings, varied, wirings, steps)
+    grid = RunGrid.of(
+        experiment, names(brains), chosen_worlds(experiment, worlds), seeds, settings, varied, wirings, steps
+    )
     if len(grid.conditions) < 2:
         raise typer.BadParameter(
             "give two names to one of the first two options, a control to the third, or steps to the last",
@@ -334,6 +367,11 @@ def chosen_controls(text: str) -> tuple[str, ...]:
 
     with usage_errors("--controls"):
         return WIRINGS if text.strip() == "all" else tuple(map(wiring_named, names(text)))
+
+
+def chosen_worlds(experiment: str, text: str) -> list[str]:
+    """Return the worlds that an option names."""
+    return installed_worlds(experiment) if text.strip() == "all" else names(text)
 
 
 def installed_worlds(experiment: str) -> list[str]:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import hashlib
 import json
 import logging
+import re
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import product
 from math import gcd
 from pathlib import Path
@@ -24,6 +25,7 @@ from nrp_core.quantities import time_ns
 from nrp_core.recording import RUN_NAME, FilesRead, Images, Recording, RecordingFolder, changes_since
 from nrp_core.registry import Registry
 from nrp_core.utilities import WorkerDiedError, WorkerPool, join_with_limit
+from nrp_lab.comparison.decoder import Decoder, with_decoder
 from nrp_lab.comparison.signals import RunSignals
 
 _logger = logging.getLogger(__name__)
@@ -34,10 +36,12 @@ _DEFAULTED = ("options", "parameters", "function_parameters")
 
 ORIGINAL = "original"
 """The name of the wiring without a control."""
+DECODER = "decoder alone"
+"""The name of the variant without a brain."""
 WIRINGS = tuple(": ".join(control) for control in CONTROLS)
 """The names of the controls of all cells, as they are written in an experiment file."""
-SILENCE = "silence"
-"""The control of some cells, which are named behind it."""
+SILENCE, MATCHED = "silence", "silence_matched"
+"""Controls of some cells, which are named behind it: these, or as many others like them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +60,7 @@ class GridCell:
     wiring: str = ORIGINAL
 
     def __str__(self) -> str:
-        control = "" if self.wiring == ORIGINAL else f"-{self.wiring.replace(': ', '_').replace(' ', '')}"
+        control = "" if self.wiring == ORIGINAL else f"-{re.sub('[^A-Za-z0-9_.]+', '_', self.wiring)}"
         return f"{self.brain}-{self.world}{control}-{self.seed}"
 
 
@@ -88,6 +92,8 @@ class RunGrid:
         overrides: ``dotted.key=value``, applied to the experiment in every run.
         varied: settings that are drawn anew with each seed, by their dotted keys.
         wirings: the brain's own wiring, and controls that are compared with it.
+        others: settings of variants that are compared like wirings, by their names among the wirings.
+        decoders: the decoder of each seed, which takes the place of the brain in the variant ``DECODER``.
         timesteps: steps of the loop that are compared, such as ``20 ms``, the finest first; or none.
         world_step_ns: the step of the world in all runs, if time steps are compared; None for its own.
 
@@ -106,6 +112,8 @@ class RunGrid:
     wirings: tuple[str, ...] = (ORIGINAL,)
     timesteps: tuple[str, ...] = ()
     world_step_ns: int | None = None
+    others: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    decoders: Mapping[int, Decoder] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for what, names in (
@@ -214,13 +222,23 @@ class RunGrid:
             step_ns = self.world_step_ns
             own = [] if step_ns is None else [f"world.options.timestep={step_ns} ns"]
             return [f"timestep={cell.wiring}", *own]
-        return [] if cell.wiring == ORIGINAL else [f"brain.controls=[{{{cell.wiring}}}]"]
+        if cell.wiring in self.others:
+            return list(self.others[cell.wiring])
+        return [] if cell.wiring in (ORIGINAL, DECODER) else [f"brain.controls=[{{{cell.wiring}}}]"]
+
+    def revise(self, cell: GridCell) -> Callable[[Plan], Plan] | None:
+        """Return what exchanges the brain of a run, if anything does."""
+        if cell.wiring != DECODER:
+            return None
+        return partial(with_decoder, decoder=self.decoders[cell.seed])
 
     def folder(self, results: Path, cell: GridCell) -> Path:
         """Return the folder of a run; its name has a digest of the settings."""
         sides = zip(self._sides(), (cell.brain, cell.world), strict=True)
         providers = [str(registry.provider(name)) for (registry, _), name in sides]
         described = [str(self.file), *providers, *self.settings(cell)]
+        if cell.wiring == DECODER:
+            described.append(self.decoders[cell.seed].digest)
         digest = hashlib.blake2b(json.dumps(described).encode(), digest_size=4).hexdigest()
         return results / f"{cell}-{digest}"
 
@@ -255,8 +273,8 @@ def wiring_named(text: str) -> str:
         ValueError: none or several have it.
     """
     kind, _, cells = text.partition(":")
-    if kind.strip() == SILENCE and cells.strip():
-        return f"{SILENCE}: {cells.strip()}"
+    if kind.strip() in (SILENCE, MATCHED) and cells.strip():
+        return f"{kind.strip()}: {cells.strip()}"
     words = text.replace(":", " ").split()
     found = [name for name in WIRINGS if words and set(words) <= set(name.split(": "))]
     if len(found) == 1:
@@ -367,7 +385,7 @@ def _run_all(grid: RunGrid, folders: dict[GridCell, Path], workers: int) -> Iter
     workers = min(workers, len(folders))
     if workers < 2:
         for cell, folder in folders.items():
-            record(grid, cell, folder)
+            _record((grid, cell, folder))
             yield cell
         return
     with WorkerPool(workers) as pool:
@@ -382,7 +400,8 @@ def _run_all(grid: RunGrid, folders: dict[GridCell, Path], workers: int) -> Iter
 
 
 def _record(task: tuple[RunGrid, GridCell, Path]) -> None:
-    record(*task)
+    grid, cell, folder = task
+    record(grid, cell, folder, revise=grid.revise(cell))
 
 
 def is_reusable(folder: Path, file: Path | None) -> bool:

@@ -17,6 +17,8 @@ from nrp_core.recording import Difference
 from nrp_core.utilities import join_with_limit
 from nrp_lab.comparison.divergence import Divergence
 from nrp_lab.comparison.engine_verdict import EngineVerdict
+from nrp_lab.comparison.evidence import Evidence
+from nrp_lab.comparison.grid import ORIGINAL
 from nrp_lab.comparison.judgement import Answer, Contrast, Factor, JudgedPart, Judgement, Relation
 from nrp_lab.comparison.metric import DistanceMetric, Metric
 from nrp_lab.comparison.old_records import RecordsDiff
@@ -32,7 +34,7 @@ _DEPENDS_ON = {
     Answer.WIRING: "the wiring",
     Answer.TIMESTEP: "the loop's time step",
 }
-_CONTROLLED = {
+VERDICTS = {
     Relation.DIFFERENT: "changes the finding",
     Relation.EQUIVALENT: "keeps the finding",
     Relation.OPEN: "may change the finding: take more seeds",
@@ -58,7 +60,7 @@ def headline(diff: GridDiff) -> str:
 def controls(relations: Mapping[str, Relation]) -> Iterator[str]:
     """Yield the effect of each control of the wiring on the finding."""
     for name, relation in relations.items():
-        yield f"{name} {_CONTROLLED[relation]}"
+        yield f"{name} {VERDICTS[relation]}"
 
 
 def _compared(diff: GridDiff) -> str:
@@ -161,6 +163,38 @@ def grid_data(diff: GridDiff) -> dict[str, Any]:
         "failures": {str(cell): why for cell, why in diff.failures.items()},
         "results": diff.folder,
     }
+
+
+def evidence_data(found: Evidence) -> dict[str, Any]:
+    """Return the comparison of an experiment and its controls."""
+    recordings = {
+        name: [found.folder(cell) for cell in found.runs(name)] for name in (ORIGINAL, *found.controls)
+    }
+    return {
+        **grid_data(found.diff),
+        "doing": found.doing.name.lower(),
+        "sentence": found.sentence,
+        "decoder": {"missing": found.without_decoder, "explained": found.explained},
+        "recordings": recordings,
+    }
+
+
+def print_evidence(found: Evidence, console: Console) -> None:
+    """Write whose doing the finding is, and the effect of each control."""
+    _print_incomplete(console, found.diff.incomplete)
+    console.print(Text(found.sentence, style="bold"))
+    console.print(Text(f"{found.diff.name}, {subject(found.diff)}; {finding(found.diff)}", style="dim"))
+    if found.without_decoder:
+        console.print(Text(f"The decoder alone was not run: {found.without_decoder}", style="yellow"))
+    table = _table("control", "the finding", "effect [90 %]")
+    for name in found.controls:
+        title, verdict = name, VERDICTS[found.relation(name)]
+        for judged, part, one in found.effects(name):
+            low, high = one.estimate.interval
+            size = f"{number(one.estimate.mean, judged.metric.unit)} [{number(low)}, {number(high)}]"
+            table.add_row(title, verdict, f"{part.name}: {size}")
+            title = verdict = ""
+    console.print(table)
 
 
 def pair_data(diff: PairDiff) -> dict[str, Any]:

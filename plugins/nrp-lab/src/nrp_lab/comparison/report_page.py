@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import combinations
 from typing import Any
 
@@ -19,7 +19,8 @@ from nrp_core.brain import FloatArray
 from nrp_core.recording.figures.style import BAD, FAINT, GOOD, INK, colour, style
 from nrp_lab.comparison import report, timesteps
 from nrp_lab.comparison.divergence import common_signals
-from nrp_lab.comparison.grid import Condition, GridCell, RunGrid
+from nrp_lab.comparison.evidence import Evidence, about
+from nrp_lab.comparison.grid import ORIGINAL, Condition, GridCell, RunGrid
 from nrp_lab.comparison.judgement import Answer, Contrast, Factor, JudgedPart, Judgement, Relation
 from nrp_lab.comparison.old_records import RecordsDiff
 from nrp_lab.comparison.result import GridDiff, PairDiff
@@ -371,6 +372,28 @@ def records_page(diff: RecordsDiff) -> str:
 def grid_page(diff: GridDiff) -> str:
     """Return the page of a grid."""
     return _render("grid.html.j2", diff=diff, figures=list(grid_figures(diff)), words=report, steps=timesteps)
+
+
+def evidence_page(found: Evidence, link: Callable[[GridCell], str]) -> str:
+    """Return the page of an experiment and its controls.
+
+    Args:
+        found: the comparison.
+        link: the address of the recording of a run.
+    """
+    means = [
+        f"{judged.metric.title.lower()}, {part.name}: mean "
+        f"{report.number(float(np.mean(cell.values)), judged.metric.unit)}"
+        for judged in found.diff.finding
+        for part in judged.parts
+        for cell in part.cells
+        if cell.wiring == ORIGINAL and cell.values
+    ]
+    description = str(next(iter(found.diff.runs.values())).settings.get("description") or "")
+    return _render(
+        "evidence.html.j2", found=found, figures=list(grid_figures(found.diff)), words=report, about=about,
+        link=link, means=means, verdicts=report.VERDICTS, note=description,
+    )  # fmt: skip
 
 
 def pair_page(diff: PairDiff) -> str:

@@ -88,6 +88,8 @@ def _divergences(grid: RunGrid, runs: Mapping[GridCell, RunSignals]) -> list[Div
     own, *others = grid.variants
     pairs = [(GridCell(brain, w, seed, own), GridCell(b, w, seed, own)) for b in brains for w in grid.worlds]
     pairs += [(GridCell(b, world, seed, own), GridCell(b, w, seed, own)) for w in worlds for b in grid.brains]
+    if grid.decoders or grid.others:
+        return []
     if not grid.timesteps:  # steps of runs with different ones cannot be compared
         pairs += [
             (GridCell(brain, world, seed, own), GridCell(brain, world, seed, control)) for control in others

@@ -1,0 +1,260 @@
+"""The decoder alone: a brain without cells, which guesses the values of sinks from those of sources.
+
+A ridge regression with the settings of all sources in the last 200 ms, fitted on recorded runs with the
+intact brain. If a behaviour survives it, what the brain computes is linear in its inputs.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from nrp_core.brain import (
+    Brain,
+    BrainBackend,
+    BrainCapabilities,
+    BrainOptions,
+    FloatArray,
+    IntArray,
+    Network,
+    Population,
+    Projection,
+    Spikes,
+    SynapticEvents,
+)
+from nrp_core.errors import ExperimentError
+from nrp_core.experiment import Plan
+from nrp_core.recording import Role, Series
+from nrp_core.simulation import Determinism
+from nrp_lab.comparison.signals import RunSignals
+
+REACH_S = 0.2
+"""How far back the inputs count."""
+PENALTIES = np.logspace(-6, 4, 41)
+"""Penalties of the regression, relative to the variance of an input; the best one has the least error by
+generalised cross-validation: Golub, Heath and Wahba 1979, Technometrics 21:215."""
+
+
+@dataclass(frozen=True)
+class Decoder:
+    """A linear map from the recent settings of sources to the values of sinks.
+
+    Args:
+        sources: number of values of each source, by its topic in a recording.
+        sinks: the topics of the sinks.
+        lags: number of loop steps that count.
+        weights: shape ``(lags * n_values, n_sinks)``, the latest step first.
+        offsets: value of each sink without inputs.
+        low, high: smallest and largest value of each sink in the fitted runs; guesses stay between them.
+        explained: share of the variance of each sink that the fit explains.
+    """
+
+    sources: Mapping[str, int]
+    sinks: Sequence[str]
+    lags: int
+    weights: FloatArray
+    offsets: FloatArray
+    low: FloatArray
+    high: FloatArray
+    explained: FloatArray
+
+    @classmethod
+    def fit(cls, runs: Iterable[RunSignals]) -> Decoder:
+        """Return the decoder of some runs.
+
+        Raises:
+            ExperimentError: functions do not set a source or do not read a value of a sink.
+        """
+        runs = list(runs)
+        sources, sinks = ({one.name: one for run in runs for one in _series(run, role)}
+                          for role in (Role.SOURCE, Role.SINK))  # fmt: skip
+        if not sources or not sinks:
+            what = "set no source" if not sources else "read no value of a sink"
+            raise ExperimentError(f"the functions {what}, so a decoder has nothing to learn from")
+        widths = {
+            name: max(_values(run, name, Role.SOURCE).shape[1] for run in runs) for name in sorted(sources)
+        }
+        names, lags = sorted(sinks), max(1, round(REACH_S / runs[0].step_s))
+        inputs = np.concatenate([_lagged(_inputs(run, widths), lags)[:-1] for run in runs])
+        values = np.concatenate([
+            np.concatenate([_values(run, name, Role.SINK)[1:, :1] for name in names], axis=1) for run in runs
+        ])  # fmt: skip
+        weights, offsets, explained = ridge(inputs, values)
+        return cls(widths, names, lags, weights, offsets, values.min(axis=0), values.max(axis=0), explained)
+
+    @property
+    def digest(self) -> str:
+        """A text that tells different decoders apart."""
+        return hashlib.blake2b(self.weights.tobytes() + self.offsets.tobytes(), digest_size=8).hexdigest()
+
+    def guess(self, history: FloatArray) -> FloatArray:
+        """Return the values of the sinks.
+
+        Args:
+            history: settings of the sources, shape ``(lags, n_values)``, the latest first.
+        """
+        guess: FloatArray = np.clip(history.ravel() @ self.weights + self.offsets, self.low, self.high)
+        return guess
+
+
+def ridge(inputs: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return weights, offsets and explained shares of variance of a regression of values on inputs.
+
+    Args:
+        inputs: shape ``(n, n_inputs)``.
+        values: shape ``(n, n_values)``.
+    """
+    centre, scale = inputs.mean(axis=0), inputs.std(axis=0)
+    scale[scale == 0.0] = np.inf
+    offset = values.mean(axis=0)
+    left, sizes, right = np.linalg.svd((inputs - centre) / scale, full_matrices=False)
+    target, n = values - offset, len(values)
+    projected = left.T @ target
+    total = (target**2).sum()
+    errors = []
+    for penalty in n * PENALTIES:
+        kept = sizes**2 / (sizes**2 + penalty)
+        residual = total - ((2 * kept - kept**2)[:, np.newaxis] * projected**2).sum()
+        errors.append(residual / max(n - 1 - kept.sum(), 1e-9) ** 2)
+    penalty = n * PENALTIES[int(np.argmin(errors))]
+    weights = (right.T @ ((sizes / (sizes**2 + penalty))[:, np.newaxis] * projected)) / scale[:, np.newaxis]
+    offsets = offset - centre @ weights
+    residuals, spread = values - inputs @ weights - offsets, target.var(axis=0)
+    explained = np.where(spread > 0, 1 - residuals.var(axis=0) / np.where(spread > 0, spread, 1), 1.0)
+    return weights, offsets, explained
+
+
+def _series(run: RunSignals, role: Role) -> list[Series]:
+    return list(run.numbers.with_role(role))
+
+
+def _values(run: RunSignals, name: str, role: Role) -> FloatArray:
+    """Return a series at the ends of all steps, 0 before its first value, shape ``(n_times, n_values)``."""
+    found = next((one for one in _series(run, role) if one.name == name), None)
+    if found is None:
+        return np.zeros((len(run.times_s), 1))
+    return np.nan_to_num(run.held(found))
+
+
+def _inputs(run: RunSignals, widths: Mapping[str, int]) -> FloatArray:
+    columns = []
+    for name, width in widths.items():
+        found = _values(run, name, Role.SOURCE)
+        columns.append(np.broadcast_to(found, (len(found), width)))
+    return np.concatenate(columns, axis=1)
+
+
+def _lagged(inputs: FloatArray, lags: int) -> FloatArray:
+    """Return for each time the inputs of the last steps, the latest first; before the start they are 0."""
+    n, width = inputs.shape
+    padded = np.concatenate([np.zeros((lags - 1, width)), inputs])
+    return np.concatenate([padded[lags - 1 - lag : lags - 1 - lag + n] for lag in range(lags)], axis=1)
+
+
+# -- as a brain
+
+
+def with_decoder(plan: Plan, decoder: Decoder) -> Plan:
+    """Return a plan with a decoder in the place of the simulator."""
+    backend = DecoderBackend(decoder, plan.brain.capabilities)
+    options = BrainOptions()
+    side = replace(plan.brain, backend=backend, options=options, capabilities=backend.capabilities(options))
+    return replace(plan, brain=side)
+
+
+class DecoderBackend(BrainBackend):
+    """Opens a decoder.
+
+    Args:
+        decoder: the decoder.
+        capabilities: those of the brain whose place it takes.
+    """
+
+    def __init__(self, decoder: Decoder, capabilities: BrainCapabilities) -> None:
+        self._decoder = decoder
+        self._capabilities = replace(
+            capabilities, determinism=Determinism.BITWISE, state_variables=frozenset(), snapshot=False,
+            releases_gil=False,
+        )  # fmt: skip
+
+    def capabilities(self, options: BrainOptions) -> BrainCapabilities:
+        return self._capabilities
+
+    def open(self, network: Network, *, seed: int, options: BrainOptions) -> Brain:
+        return DecoderBrain(self._decoder, network, seed, self._capabilities)
+
+
+class DecoderBrain(Brain):
+    """A network whose cells never fire, and whose sinks have the values that a decoder guesses."""
+
+    def __init__(
+        self, decoder: Decoder, network: Network, seed: int, capabilities: BrainCapabilities
+    ) -> None:
+        super().__init__(network, seed=seed, capabilities=capabilities, identity="decoder")
+        self._decoder = decoder
+        self._clear()
+
+    def _clear(self) -> None:
+        self._history = np.zeros((self._decoder.lags, sum(self._decoder.sources.values())))
+
+    def _emits(self, population: Population) -> bool:
+        return True
+
+    def _do_run_until(self, t_ns: int) -> None:
+        ports = dict(_by_topic(self.devices))
+        given = [
+            np.broadcast_to(np.asarray(getattr(ports[name], ports[name].quantity), float), width)
+            if name in ports
+            else np.zeros(width)
+            for name, width in self._decoder.sources.items()
+        ]
+        self._history = np.roll(self._history, 1, axis=0)
+        self._history[0] = np.concatenate(given)
+        for name, value in zip(self._decoder.sinks, self._decoder.guess(self._history).tolist(), strict=True):
+            if name in ports:
+                _show(ports[name], value)
+
+    def _do_take_spikes(self) -> Spikes:
+        return Spikes()
+
+    def _do_fire(self, neurons: IntArray, times_ms: FloatArray) -> None: ...
+
+    def _do_inject(self, events: SynapticEvents) -> None: ...
+
+    def _do_set_current(self, currents_na: FloatArray) -> None: ...
+
+    def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None: ...
+
+    def _do_read_weights(self, projection: Projection) -> FloatArray:
+        return projection.weight.copy()
+
+    def _do_reset(self, seed: int) -> None:
+        self._clear()
+
+    def _do_close(self) -> None: ...
+
+
+def _by_topic(ports: Iterable[Any]) -> Iterator[tuple[str, Any]]:
+    """Yield the devices with a value, by their topics in a recording."""
+    taken: set[str] = set()
+    for port in ports:
+        if port.quantity is not None:
+            topic = first = f"/brain/devices/{port.name}/{port.quantity}"
+            number = 1
+            while topic in taken:
+                number += 1
+                topic = f"{first}_{number}"
+            taken.add(topic)
+            yield topic, port
+
+
+def _show(port: Any, value: float) -> None:
+    """Let a sink have a value, whatever it receives."""
+    if not hasattr(port, "guessed"):
+        kind = type(port)
+        port.__class__ = type(kind.__name__, (kind,), {kind.quantity: property(lambda self: self.guessed)})
+    port.guessed = value

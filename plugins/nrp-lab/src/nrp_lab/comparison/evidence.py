@@ -1,0 +1,242 @@
+"""Whose doing is a behaviour: the wiring's, the decoder's, or the simulator's?
+
+The experiment runs with its own wiring and with each control from the same seeds. A control is the name of a
+variant and the settings that make it; every one is judged by the statistics of a comparison of wirings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+from nrp_core.errors import ExperimentError
+from nrp_lab.comparison.decoder import Decoder
+from nrp_lab.comparison.grid import (
+    DECODER,
+    MATCHED,
+    ORIGINAL,
+    SILENCE,
+    WIRINGS,
+    GridCell,
+    Progress,
+    RunGrid,
+    run_grid,
+)
+from nrp_lab.comparison.judgement import Contrast, JudgedPart, Judgement, Relation
+from nrp_lab.comparison.metric import Margins, Metric
+from nrp_lab.comparison.result import GridDiff
+from nrp_lab.comparison.signals import RunSignals
+
+
+class Kind(StrEnum):
+    """What a control exchanges."""
+
+    WIRING = "wiring"
+    CELLS = "cells"
+    DECODER = "decoder"
+    ANIMAL = "animal"
+    SIMULATOR = "simulator"
+
+
+Variant = tuple[str, Sequence[str]]
+"""The name of a control and the settings that make it."""
+
+
+def other_animal(path: str) -> Variant:
+    """Return the control with the network in another file."""
+    return f"animal: {Path(path).name}", [f"brain.model={Path(path).resolve()}"]
+
+
+def other_brain(backend: str) -> Variant:
+    """Return the control with another brain backend."""
+    return f"brain: {backend}", [f"brain.backend={backend}"]
+
+
+def other_world(backend: str) -> Variant:
+    """Return the control with another world backend."""
+    return f"world: {backend}", [f"world.backend={backend}"]
+
+
+def other_timestep(step: str) -> Variant:
+    """Return the control with another step of the loop."""
+    return f"timestep: {step}", [f"timestep={step}"]
+
+
+OTHERS: Mapping[str, tuple[Kind, Callable[[str], Variant]]] = {
+    "animal": (Kind.ANIMAL, other_animal),
+    "brain": (Kind.SIMULATOR, other_brain),
+    "world": (Kind.SIMULATOR, other_world),
+    "timestep": (Kind.SIMULATOR, other_timestep),
+}
+"""The controls that are settings: their kind, and the function that makes one."""
+
+_ABOUT: Mapping[str, str] = {
+    "rewire": "every cell keeps its numbers of synapses, and has other partners",
+    "shuffle: signs": "as many cells inhibit, but others",
+    "shuffle: weights": "the same partners, weights exchanged among synapses",
+    SILENCE: "the synapses from the named cells are cut",
+    MATCHED: "the synapses from as many other cells are cut, drawn from the same population and quarter of "
+    "out-degrees",
+    DECODER: "no brain: a ridge regression from the inputs of the last 200 ms to what the functions read, "
+    "fitted on the intact runs of the other seeds",
+    "animal": "the network of another file",
+    "brain": "another simulator of the brain",
+    "world": "another simulator of the world",
+    "timestep": "another step of the loop",
+}
+
+
+def kind_of(name: str) -> Kind:
+    """Return what a control exchanges, by its name."""
+    word = name.partition(":")[0]
+    if name == DECODER:
+        return Kind.DECODER
+    if word in (SILENCE, MATCHED):
+        return Kind.CELLS
+    return OTHERS[word][0] if word in OTHERS else Kind.WIRING
+
+
+def about(name: str) -> str:
+    """Return a sentence about a control."""
+    return _ABOUT.get(name) or _ABOUT.get(name.partition(":")[0], "")
+
+
+class Doing(StrEnum):
+    """Whose doing a behaviour is."""
+
+    WIRING = "The behaviour needs the wiring"
+    DECODER = "The behaviour needs only the decoder"
+    SIMULATOR = "The behaviour depends on the simulator"
+    BRAIN = "The behaviour needs a brain, but not this wiring"
+    OPEN = "Whose doing the behaviour is, is not decided by {n} runs"
+
+
+def doing_of(controls: Mapping[str, Relation]) -> Doing:
+    """Return whose doing a behaviour is, by the relation of each control to the original.
+
+    A simulator that changes it comes first, because then no other answer holds in general; the decoder
+    second, because a behaviour that survives without a brain does not need its wiring.
+    """
+    found = {kind: [r for name, r in controls.items() if kind_of(name) is kind] for kind in Kind}
+    if Relation.DIFFERENT in found[Kind.SIMULATOR]:
+        return Doing.SIMULATOR
+    if Relation.EQUIVALENT in found[Kind.DECODER]:
+        return Doing.DECODER
+    if Relation.OPEN in found[Kind.DECODER] or not found[Kind.WIRING]:
+        return Doing.OPEN
+    if Relation.DIFFERENT in found[Kind.WIRING]:
+        return Doing.WIRING
+    return Doing.OPEN if Relation.OPEN in found[Kind.WIRING] else Doing.BRAIN
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """The comparison of an experiment with its controls.
+
+    Args:
+        diff: the comparison.
+        without_decoder: why the decoder was not run; empty if it was.
+    """
+
+    diff: GridDiff
+    without_decoder: str = ""
+
+    @property
+    def doing(self) -> Doing:
+        """Whose doing the finding is."""
+        return doing_of(self.diff.controls)
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in a sentence."""
+        return self.doing.format(n=len(self.diff.runs))
+
+    @property
+    def controls(self) -> list[str]:
+        """The names of the controls."""
+        return [name for name in self.diff.grid.wirings if name != ORIGINAL]
+
+    @property
+    def explained(self) -> dict[str, float]:
+        """The share of the variance of each sink that decoders explain in the runs they were fitted to."""
+        decoders = list(self.diff.grid.decoders.values())
+        names = decoders[0].sinks if decoders else ()
+        return {
+            name: sum(float(one.explained[k]) for one in decoders) / len(decoders)
+            for k, name in enumerate(names)
+        }
+
+    def relation(self, name: str) -> Relation:
+        """Return the relation of a control to the original, over all parts of the finding."""
+        return self.diff.controls.get(name, Relation.OPEN)
+
+    def effects(self, name: str) -> Iterator[tuple[Judgement, JudgedPart, Contrast]]:
+        """Yield the effect of a control on each part of the finding."""
+        for judged in self.diff.finding:
+            for part in judged.parts:
+                for one in part.contrasts:
+                    if one.other == name:
+                        yield judged, part, one
+
+    def runs(self, name: str) -> dict[GridCell, RunSignals]:
+        """Return the runs of a control, or of the original."""
+        return {cell: run for cell, run in self.diff.runs.items() if cell.wiring == name}
+
+    def folder(self, cell: GridCell) -> Path:
+        """Return the folder of the recording of a run."""
+        return self.diff.grid.folder(self.diff.folder, cell)
+
+
+def evidence_grid(
+    experiment: str, controls: Sequence[str], others: Mapping[str, Sequence[str]], seeds: int,
+    settings: Sequence[str], varied: Mapping[str, Any],
+) -> RunGrid:  # fmt: skip
+    """Return the grid of the runs without the decoder.
+
+    Args:
+        experiment: its name, file or folder.
+        controls: controls of the wiring; by default the experiment's own, and all random ones.
+        others: values of ``animal``, ``brain``, ``world`` and ``timestep`` that replace the experiment's own.
+        seeds: number of seeds.
+        settings: overrides of all runs.
+        varied: settings that are drawn with each seed.
+    """
+    grid = RunGrid.of(experiment, (), (), seeds, settings, varied, controls)
+    wirings = dict.fromkeys([*grid.wirings, *(() if controls else WIRINGS)])
+    for name in [*wirings]:
+        kind, _, cells = name.partition(": ")
+        if kind == SILENCE:
+            wirings[f"{MATCHED}: {cells}"] = None
+    own = {grid.brains[0], grid.worlds[0]}
+    made = dict(
+        OTHERS[key][1](value) for key, values in others.items() for value in values if value not in own
+    )
+    return replace(grid, wirings=(*wirings, *made), others=made)
+
+
+def gather(
+    grid: RunGrid, results: Path, workers: int, on_progress: Progress, metrics: Sequence[Metric],
+    margins: Margins,
+) -> Evidence:  # fmt: skip
+    """Make the runs, fit a decoder for each seed on the intact runs of the others, and judge all controls."""
+    runs, missing = run_grid(grid, results, workers, on_progress), ""
+    try:
+        decoders = _decoders({cell.seed: run for cell, run in runs.items() if cell.wiring == ORIGINAL})
+        grid = replace(grid, wirings=(*grid.wirings, DECODER), decoders=decoders)
+        runs |= run_grid(_decoders_alone(grid), results, workers, on_progress)
+    except ExperimentError as error:
+        missing = str(error)
+    return Evidence(GridDiff.of(grid, runs, metrics, margins, results), missing)
+
+
+def _decoders(intact: Mapping[int, RunSignals]) -> dict[int, Decoder]:
+    if len(intact) < 2:
+        raise ExperimentError("a decoder is fitted on the runs of other seeds, so it needs two seeds")
+    return {seed: Decoder.fit([run for other, run in intact.items() if other != seed]) for seed in intact}
+
+
+def _decoders_alone(grid: RunGrid) -> RunGrid:
+    return replace(grid, wirings=(DECODER,))

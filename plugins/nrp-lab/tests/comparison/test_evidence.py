@@ -1,0 +1,131 @@
+"""Whose doing a behaviour is: the decoder as a regression and as a brain, and the verdict on controls."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from nrp_lab.comparison.decoder import _lagged, ridge
+from nrp_lab.comparison.evidence import Doing, doing_of
+from nrp_lab.comparison.judgement import Relation
+
+BRAIN = """
+import nrp_core.pynn as sim
+
+sim.setup(timestep=0.1)
+senders = sim.Population(10, sim.IF_curr_exp(), label="senders")
+targets = sim.Population(10, sim.IF_curr_exp(), label="targets")
+synapse = sim.StaticSynapse(weight=30.0, delay=1.0)
+used = sim.PopulationView(senders, range(5), label="used")
+sim.Projection(used, targets, sim.AllToAllConnector(), synapse, label="used")
+others = sim.Population(10, sim.IF_curr_exp(), label="others")
+sim.Projection(senders[5:], others, sim.AllToAllConnector(), synapse, label="other")
+"""
+FUNCTIONS = """
+import hbp_nrp_client.tf_framework as nrp
+from std_msgs.msg import Float64
+
+
+@nrp.MapSpikeSource("drive", nrp.brain.senders, nrp.dc_source, amplitude=0.0)
+@nrp.Robot2Neuron()
+def push(t, drive):
+    drive.amplitude = 2.0 if t > 0.015 else 0.0
+
+
+@nrp.MapSpikeSink("rate", nrp.brain.targets, nrp.population_rate)
+@nrp.Neuron2Robot(nrp.Topic("/rate", Float64))
+def publish(t, rate):
+    return Float64(rate.rate)
+"""
+EXPERIMENT = """
+name: pushed
+timestep: 10 ms
+duration: 60 ms
+seed: 1
+brain: {backend: event, model: brain.py}
+world: {backend: mujoco, scene: room.sdf}
+transfer_functions: [functions.py]
+topics: {/rate: std_msgs/Float64}
+criteria:
+  targets_fire: {topic_stays: {name: /rate, above: 1, during: {since: 50 ms}}}
+"""
+ROOM = '<sdf version="1.6"><world name="room"/></sdf>'
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 1000), lags=st.integers(1, 5))
+def test_a_linear_map_with_lags_is_found(seed: int, lags: int) -> None:
+    rng = np.random.default_rng(seed)
+    given_inputs, weights = rng.normal(size=(200, 3)), rng.normal(size=(lags * 3, 2))
+    inputs = _lagged(given_inputs, lags)
+    assert (inputs[:, :3] == given_inputs).all()
+    assert (inputs[lags:, -3:] == given_inputs[1 : 201 - lags]).all()
+    values = inputs @ weights + [1.0, -2.0]
+    found, offsets, explained = ridge(inputs, values)
+    np.testing.assert_allclose(found, weights, atol=1e-3)
+    np.testing.assert_allclose(offsets, [1.0, -2.0], atol=1e-3)
+    np.testing.assert_allclose(explained, 1.0, atol=1e-6)
+
+
+def test_noise_is_not_decoded() -> None:
+    rng = np.random.default_rng(0)
+    _, _, explained = ridge(rng.normal(size=(300, 100)), rng.normal(size=(300, 1)))
+    assert explained[0] < 0.2  # without the penalty a third
+
+
+D, E, U = Relation.DIFFERENT, Relation.EQUIVALENT, Relation.OPEN
+
+
+@pytest.mark.parametrize(
+    ("controls", "doing"),
+    [
+        ({"rewire: degree_preserving": D, "shuffle: signs": U, "decoder alone": D}, Doing.WIRING),
+        ({"rewire: degree_preserving": D, "decoder alone": E}, Doing.DECODER),
+        ({"rewire: degree_preserving": D, "decoder alone": U}, Doing.OPEN),
+        ({"rewire: degree_preserving": D, "decoder alone": E, "world: pybullet": D}, Doing.SIMULATOR),
+        ({"rewire: degree_preserving": D, "decoder alone": D, "timestep: 10 ms": D}, Doing.SIMULATOR),
+        ({"rewire: degree_preserving": E, "shuffle: weights": E, "decoder alone": D}, Doing.BRAIN),
+        ({"rewire: degree_preserving": U, "decoder alone": D}, Doing.OPEN),
+        ({"silence: MN9": D, "decoder alone": D}, Doing.OPEN),
+        ({"rewire: degree_preserving": D}, Doing.WIRING),
+        ({}, Doing.OPEN),
+    ],
+)
+def test_the_verdict_follows_from_the_controls(controls: dict[str, Relation], doing: Doing) -> None:
+    assert doing_of(controls) is doing
+
+
+@pytest.mark.heavy
+def test_the_evidence_of_a_push_that_a_decoder_explains(
+    tmp_path: Path, nrp: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    files = {"brain.py": BRAIN, "functions.py": FUNCTIONS, "pushed.yaml": EXPERIMENT, "room.sdf": ROOM}
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    monkeypatch.chdir(tmp_path)
+    arguments = "--evidence", "--seeds", 8, "--jobs", 1, "--controls", "silence: used", "--timesteps", "20 ms"
+    told = nrp("diff", "pushed.yaml", *arguments, "--json")
+    assert told.code == 0, told.err
+    found = json.loads(told.out)
+    assert found["doing"] == "decoder"
+    assert found["controls"] == {
+        "silence: used": "different", "silence_matched: used": "equivalent", "timestep: 20 ms": "equivalent",
+        "decoder alone": "equivalent",
+    }  # fmt: skip
+    assert {name: len(folders) for name, folders in found["recordings"].items()} == dict.fromkeys(
+        ["original", *found["controls"]], 8
+    )
+    page = Path(found["page"]).read_text()
+    assert "The behaviour needs only the decoder" in page
+    assert not re.search(r"""(src|href)=["']https?:|url\(http|@import""", page)  # it needs no network
+    assert all(f'href="{Path(one).relative_to(Path.cwd()) if Path(one).is_absolute() else one}"' in page
+               for one in found["recordings"]["decoder alone"])  # fmt: skip
+    alone = nrp("diff", "pushed.yaml", "--animal", "other.nrpnet", "--engines")
+    assert alone.code == 2
