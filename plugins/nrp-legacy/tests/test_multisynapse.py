@@ -63,14 +63,21 @@ def test_each_cell_has_the_receptors_that_it_uses(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("right", "wrong", "told"),
     [
-        ("'weight': -40.0", "'weight': 40.0", "15"),
         ("'receptor_type': 3", "'receptor_type': 4", "4; receptor_type"),
         (", 'receptor_type': 2", "", "receptor_type"),
     ],
 )
-def test_cells_that_need_more_receptors_or_name_none_are_refused(
+def test_cells_whose_synapses_name_no_receptor_are_refused(
     tmp_path: Path, right: str, wrong: str, told: str, golden: Golden
 ) -> None:
     assert right in SEVERAL
     with golden.raises(NetworkError, match=told):
         loaded(tmp_path, SEVERAL.replace(right, wrong) % {"shape": "exp"})
+
+
+def test_cells_with_several_receptors_for_a_sign_are_cells_in_equations(tmp_path: Path) -> None:
+    network = loaded(tmp_path, SEVERAL.replace("'weight': -40.0", "'weight': 40.0") % {"shape": "exp"})
+    (cells,) = (one for one in network.populations.values() if not one.is_source)
+    assert cells.equations is not None
+    assert [one.receptor for one in network.projections] == ["receptor2", "receptor3"]
+    assert [float(one.weight[0]) for one in network.projections] == pytest.approx([0.09, 0.04])

@@ -70,6 +70,8 @@ nest.Simulate(250.0)
 samples, spikes = meter.get("events"), spikes.get("events")
 """
 PORTS: dict[str, tuple[dict[str, Any], list[float], float, list[str], float]] = {
+    "iaf_psc_exp_multisynapse": ({"tau_syn": [2.0, 5.0, 9.0]}, [400.0, 300.0, -99.0], 500.0, ["V_m"], 1e-9),
+    "iaf_psc_alpha_multisynapse": ({"tau_syn": [2.0, 5.0, 9.0]}, [400.0, 300.0, -99.0], 500.0, ["V_m"], 1e-9),
     "aeif_cond_alpha_multisynapse": (
         {"E_rev": [0.0, -85.0], "tau_syn": [2.0, 9.0]}, [4.0, 6.0], 400.0, ["V_m", "w"], 0.05,
     ),

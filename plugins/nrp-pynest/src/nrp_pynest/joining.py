@@ -94,7 +94,13 @@ class _Joining:
         """Return the population that a group of nodes becomes; the group itself if it has no cells."""
         sim = self._sim
         if group.base in CELLS:
-            cells = cells_from(with_two_receptors(group, self._kernel), group.model, np.zeros(group.size))
+            two = with_two_receptors(group, self._kernel)
+            if two is None:
+                raise NetworkError(
+                    f"nest: weights of one sign onto '{group.model}' have several time constants; beside "
+                    "populations of PyNN cells have one for each sign"
+                )
+            cells = cells_from(two, group.model, np.zeros(group.size))
             made = sim.Population(
                 group.size, getattr(sim, cells.cell_type)(**cells.parameters), label=group.model
             )

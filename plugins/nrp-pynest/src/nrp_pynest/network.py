@@ -14,12 +14,15 @@ from pyNN.standardmodels import cells as standard
 
 from nrp_core.brain import FloatArray, IntArray, Network, Population, Projection
 from nrp_core.errors import NetworkError
+from nrp_core.network.equations.cell import CellEquations
 from nrp_core.network.equations.model import CELL_TYPE
 from nrp_core.network.nest_models import LEAK_NS, NestParameter
 from nrp_core.network.picking import CIRCUIT
 from nrp_core.network.pynn.export import unique
 from nrp_core.network.synapses import ELECTRICAL, STATIC, STDP, TSODYKS_MARKRAM
 from nrp_pynest.equations import EQUATIONS
+from nrp_pynest.equations.model import numbered, summed
+from nrp_pynest.equations.receptors import alpha_current, every, exponential_current, lines_of
 from nrp_pynest.kernel import Block, Group, Kernel, Node, Nodes
 from nrp_pynest.models import (
     CELLS,
@@ -28,6 +31,7 @@ from nrp_pynest.models import (
     PARROT,
     POISSON,
     POISSONS,
+    RECORDERS,
     SPIKE_RECORDERS,
     SPIKES,
     STATES,
@@ -42,24 +46,37 @@ PLAIN: Final = {"iaf_psc_exp_multisynapse": "iaf_psc_exp", "iaf_psc_alpha_multis
 RECEPTOR: Final = "receptor_type"
 _TIMES: Final = (2.0,)
 _KILO: Final = 1e-3
-_SIGNS: Final = (("tau_syn_ex", "positive", 1.0), ("tau_syn_in", "negative", -1.0))
+_SIGNS: Final = (("tau_syn_ex", 1.0), ("tau_syn_in", -1.0))
 
 
-def with_two_receptors(group: Group, kernel: Kernel) -> Group:
-    """Return a group whose cells have two receptors; return others unchanged.
+def with_two_receptors(group: Group, kernel: Kernel) -> Group | None:
+    """Return a group whose cells have two receptors, and others unchanged.
+
+    None if weights of one sign have several time constants.
 
     Raises:
-        NetworkError: a synapse names no receptor of its target, or weights of one sign have several time
-            constants.
+        NetworkError: a synapse names no receptor of its target.
     """
     if group.base not in PLAIN:
         return group
-    values = {name: column for name, column in group.values.items() if name != "tau_syn"}
+    plain = as_plain(group)
+    values = dict(plain.values)
     places, weights, times = _incoming(group, kernel)
-    for name, sign, factor in _SIGNS:
+    for name, factor in _SIGNS:
         chosen = weights * factor > 0
-        values[name] = _one_each(group, sign, places[chosen], times[chosen])
-    defaults = {name: value for name, value in group.defaults.items() if name != "tau_syn"}
+        found = _one_each(group, places[chosen], times[chosen])
+        if found is None:
+            return None
+        values[name] = found
+    return replace(plain, values=values)
+
+
+def as_plain(group: Group) -> Group:
+    """Return a group of such cells without their time constants."""
+    values, defaults = (
+        {name: one for name, one in given.items() if name != "tau_syn"}
+        for given in (group.values, group.defaults)
+    )
     return replace(group, base=PLAIN[group.base], values=values, defaults=defaults)
 
 
@@ -81,6 +98,8 @@ def _incoming(group: Group, kernel: Kernel) -> tuple[IntArray, FloatArray, Float
 
 def _parts(group: Group, kernel: Kernel) -> Iterator[tuple[IntArray, FloatArray, FloatArray]]:
     for block in kernel.blocks:
+        if len(block.pre) and kernel.group_of(int(block.pre[0])).base in (*CURRENTS, *RECORDERS):
+            continue
         chosen = (block.post >= group.first) & (block.post < group.first + group.size)
         receptors = block.values.get(RECEPTOR, np.zeros(len(block.post)))
         yield block.post[chosen] - group.first, block.values["weight"][chosen], receptors[chosen]
@@ -93,19 +112,11 @@ def _times(group: Group) -> list[Any]:
     return [default if np.ndim(one) == 0 and np.isnan(one) else one for one in given]
 
 
-def _one_each(group: Group, sign: str, places: IntArray, times: FloatArray) -> list[float]:
-    """Return the time constant of the weights of one sign for each cell, ms."""
+def _one_each(group: Group, places: IntArray, times: FloatArray) -> list[float] | None:
+    """Return the time constant of the weights of one sign for each cell, ms; None if there are several."""
     found = np.array([float(np.atleast_1d(one)[0]) for one in _times(group)])
     found[places] = times
-    other = np.flatnonzero(found[places] != times)
-    if other.size:
-        place = places[other[0]]
-        listed = " and ".join(f"{one:g}" for one in np.unique(times[places == place]))
-        raise NetworkError(
-            f"nest: {sign} weights onto '{group.model}' go to receptors with time constants of {listed} "
-            "ms; cells have one for positive and one for negative weights"
-        )
-    return list(map(float, found))
+    return list(map(float, found)) if (found[places] == times).all() else None
 
 
 def network_of(kernel: Kernel, variables: Mapping[str, Any]) -> Network:
@@ -167,6 +178,7 @@ class Conversion:
         self.current_links: list[Link] = []
         self.heard: dict[int, list[int]] = {}
         self._repeaters: set[int] = set()
+        self._ported: set[int] = set()
         self._gaps: dict[tuple[str, str], list[Link]] = {}
         self.network = self._made()
 
@@ -191,8 +203,12 @@ class Conversion:
         if group.base == PARROT and (links := self._generators_of(group)):
             self._populations[label] = self._repeated(group, label, links, first)
         elif group.base in CELLS:
-            cells = with_two_receptors(group, self._kernel)
-            self._populations[label] = cells_from(cells, label, self._currents(group))
+            cells, currents = with_two_receptors(group, self._kernel), self._currents(group)
+            if cells is None:
+                self._ported.add(group.first)
+                cells = as_plain(group)
+            made = cells_from(cells, label, currents)
+            self._populations[label] = with_ports(made, group) if group.first in self._ported else made
         else:
             times = tuple(trains_of(group, self._kernel.random))
             self._populations[label] = Population(label, group.size, "SpikeSourceArray", {}, {}, times)
@@ -256,7 +272,7 @@ class Conversion:
         if link.kind == ELECTRICAL:
             self._gaps.setdefault((self._labels[source.first], self._labels[target.first]), []).append(link)
             return
-        for receptor, chosen in receptors_of(link):
+        for receptor, chosen in receptors_of(link, has_ports=target.first in self._ported):
             values = {name: column[chosen] for name, column in link.values.items()}
             self._project(label, receptor, pre[chosen], link.post[chosen], values, link)
             conducts = self._populations[self._labels[target.first]].is_conductance_based
@@ -388,6 +404,33 @@ def cells_from(group: Group, label: str, current_na: FloatArray) -> Population:
     return Population(label, group.size, model.cell_type, parameters, initial)
 
 
+_UNITS: Final = {"cm": "nF", "i_offset": "nA"} | dict.fromkeys(("v_rest", "v_reset", "v_thresh"), "mV")
+
+
+def with_ports(cells: Population, group: Group) -> Population:
+    """Return leaky cells as cells in equations that have a receptor for each time constant of their group."""
+    times = _lists(group, "tau_syn")
+    kind = exponential_current if cells.cell_type == "IF_curr_exp" else alpha_current
+    names = numbered(times.shape[1])
+    receptors = every(kind, names)
+    given = {
+        name: one for name, one in cells.parameters.items() if name not in ("tau_syn_E", "tau_syn_I")
+    } | {f"tau_syn_{name}": times[:, k] for k, name in enumerate(names)}
+    equations = CellEquations(
+        equations=lines_of(receptors.values()).replace(": pA", ": nA")
+        + f"\ndv/dt = (v_rest - v)/tau_m + ({summed('I_syn', len(names), 'nA')} + i_offset)/cm : mV "
+        "(unless refractory)",
+        threshold="v >= v_thresh",
+        reset="v = v_reset",
+        refractory="tau_refrac",
+        receptors={name: one.effect for name, one in receptors.items()},
+        units={name: _UNITS.get(name, "ms") for name in given},
+    )
+    initial = {name: np.zeros(cells.size) for name in equations.model.variables}
+    initial["v"] = cells.initial_values["v"]
+    return replace(cells, cell_type=CELL_TYPE, parameters=given, initial_values=initial, equations=equations)
+
+
 def _equation_cells(group: Group, label: str) -> Population:
     model = EQUATIONS[group.base]
     lists = {name: _lists(group, name) for name in model.lists}
@@ -415,7 +458,7 @@ def _lists(group: Group, name: str) -> FloatArray:
     Raises:
         NetworkError: the lists of the cells have different lengths.
     """
-    default = group.defaults[name]
+    default = group.defaults.get(name, _TIMES)
     rows = [default if np.ndim(one) == 0 else one for one in group.values.get(name, [default] * group.size)]
     lengths = sorted({len(row) for row in rows})
     if len(lengths) > 1:
@@ -542,17 +585,24 @@ def with_plasticity_of_source(
     return TSODYKS_MARKRAM, {**values, **own}, state
 
 
-def receptors_of(link: Link) -> Iterator[tuple[str, Any]]:
+def receptors_of(link: Link, *, has_ports: bool) -> Iterator[tuple[str, Any]]:
     """Yield the receptors of synapses, as far as they occur, with the indices of the synapses.
+
+    Args:
+        link: the synapses.
+        has_ports: whether the target has a receptor for each time constant, see :func:`with_ports`.
 
     Raises:
         NetworkError: a synapse names a receptor that its target does not have.
     """
     model = EQUATIONS.get(link.target.base)
-    if model is None or not (model.ports or model.n_ports):
+    if has_ports:
+        n = _lists(link.target, "tau_syn").shape[1]
+    elif model is None or not (model.ports or model.n_ports):
         yield from by_receptor(link.values["weight"])
         return
-    n = _lists(link.target, model.ports).shape[1] if model.ports else model.n_ports
+    else:
+        n = _lists(link.target, model.ports).shape[1] if model.ports else model.n_ports
     numbers = link.values.get(RECEPTOR, np.zeros(len(link.pre)))
     for number in np.unique(numbers).tolist():
         if not 1 <= number <= n:
