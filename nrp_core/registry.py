@@ -30,7 +30,9 @@ from nrp_core.errors import (
 T = TypeVar("T")
 
 OPTIONAL: Final[Mapping[str, Mapping[str, Sequence[str]]]] = {
-    "nrp-brain-brian2": {"nrp_core.brain": ["brian2"]},
+    "nrp-brain-brian2": {
+        f"nrp_core.{group}": ["brian2"] for group in ("brain", "networks", "pynn_dialects", "pynn_runners")
+    },
     "nrp-brain-composite": {"nrp_core.brain": ["composite"]},
     "nrp-brain-nest": {"nrp_core.brain": ["nest"]},
     "nrp-brain-pynn": {"nrp_core.brain": ["pynn"]},

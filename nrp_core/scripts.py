@@ -27,6 +27,10 @@ from nrp_core._support.text import Misfit, decoded_python
 from nrp_core.errors import ExperimentError, NrpError
 
 
+class BuildingEnds(BaseException):
+    """Ends a script whose network is complete, as ``run`` does where only the network is read."""
+
+
 @contextmanager
 def intercept_os_exit() -> Iterator[None]:
     """Let ``os._exit`` raise SystemExit within the block, in this thread and this process.

@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 from shutil import copytree
 
@@ -19,6 +20,7 @@ from nrp_core.errors import (
     IncompatibleBackendError,
     UnknownBackendError,
 )
+from nrp_core.network.files.script import load_network
 from nrp_core.registry import OPTIONAL, Registry
 from nrp_core.world.backends import worlds
 
@@ -62,6 +64,13 @@ def test_an_installed_backend_is_found_at_once_and_made(install: Install) -> Non
     install("acme")
     assert isinstance(brains().load("acme"), BrainBackend)
     assert str(brains().provider("acme")).startswith("acme-brain 2.0 (acme_")
+
+
+@pytest.mark.skipif(find_spec("nrp_brain_brian2") is not None, reason="the plugin is installed")
+def test_a_script_of_brian2_names_the_plugin_that_is_missing(tmp_path: Path) -> None:
+    (tmp_path / "script.py").write_text("\nfrom brian2 import *\n")
+    with pytest.raises(UnknownBackendError, match=r"script\.py:2: .*nrp-brain-brian2"):
+        load_network(tmp_path / "script.py")
 
 
 def test_leftovers_of_an_interrupted_pip_do_no_harm(install: Install, tmp_path: Path) -> None:

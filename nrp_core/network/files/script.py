@@ -10,7 +10,7 @@ import importlib
 import random
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -24,7 +24,7 @@ from nrp_core.errors import ExperimentError, NetworkError, did_you_mean
 from nrp_core.network.data import Network
 from nrp_core.network.picking import Selection, with_views
 from nrp_core.paths import MissingFileError, existing_file
-from nrp_core.scripts import Missing, Scope
+from nrp_core.scripts import BuildingEnds, Missing, Scope
 from nrp_core.seeds import Seeds, require_seed
 
 if TYPE_CHECKING:
@@ -125,10 +125,11 @@ def load_network(
         adapt(sim)
     dialects = Dialects(sim)
     scope = scope_of(sim, simulators, modules or {}, folders, missing, compiled, dialects)
+    module = ModuleType(file.stem, None)
     given, sys.argv = sys.argv, [str(file)]  # those of the command that runs the experiment are not for it
     try:
-        with seeded_generators(Seeds(seed).integer("script")):
-            module = scope.run(file)
+        with suppress(BuildingEnds), seeded_generators(Seeds(seed).integer("script")):
+            scope.run(file, module)
     except (Exception, SystemExit) as error:
         raise scope.located(error, NetworkError, file) from error
     finally:

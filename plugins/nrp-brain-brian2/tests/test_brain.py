@@ -124,8 +124,3 @@ def test_a_device_without_a_variable_is_refused(script: Script, opened: Opened, 
         brain.add_source(DCSource(amplitude=1.0), [0], name="current")
         with golden.raises(CapabilityError, match="'cells'"):
             brain.run_until(NS_PER_MS)
-
-
-def test_a_script_of_brian2_is_refused_without_native(script: Script, golden: Any) -> None:
-    with golden.raises(CapabilityError, match="native: true"):
-        network_from(script(RUN))

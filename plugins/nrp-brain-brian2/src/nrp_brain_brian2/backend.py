@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from importlib.util import find_spec
-from typing import ClassVar, Final
+from typing import ClassVar
 
 from nrp_core.brain import (
     Brain,
@@ -17,9 +17,7 @@ from nrp_core.brain import (
 from nrp_core.errors import BackendLoadError, CapabilityError
 from nrp_core.simulation import Determinism
 
-from nrp_brain_brian2.options import CELL, NAME, Brian2Options
-
-INSTALL: Final = "pip install 'brian2>=2.9'"
+from nrp_brain_brian2.options import CELL, INSTALL, NAME, Brian2Options
 
 
 class Brian2Backend(BrainBackend):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from math import lcm
-from typing import Any, Final
+from typing import Any
 
 import brian2
 import numpy as np
@@ -24,12 +24,9 @@ from nrp_core.errors import CapabilityError, NetworkError
 from nrp_core.network.native import NativeNetwork
 from nrp_core.seeds import Seeds
 
-from nrp_brain_brian2.options import NAME, Brian2Options
+from nrp_brain_brian2.options import NAME, RECEPTORS, Brian2Options
 from nrp_brain_brian2.script import execute, scale_of
 from nrp_brain_brian2.stepping import Ports, Stepper
-
-_RECEPTORS: Final = {"excitatory": ("ge", "v"), "inhibitory": ("gi", "v")}
-"""The variables that receive spikes of devices, if the options name none: the first that a group has."""
 
 
 class Brian2Brain(Brain):
@@ -100,7 +97,7 @@ class Brian2Brain(Brain):
 
     def _receptor(self, group: Any, receptor: str) -> Any:
         named = self._options.inputs.get(receptor)  # type: ignore[call-overload]
-        names = _RECEPTORS[receptor] if named is None else (named,)
+        names = RECEPTORS[receptor] if named is None else (named,)
         for name in names:
             if name in _arrays(group):
                 return group.variables[name]

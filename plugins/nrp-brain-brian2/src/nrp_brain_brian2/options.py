@@ -8,8 +8,11 @@ from nrp_core.brain import RemoteOptions
 from pydantic import Field
 
 NAME: Final = "Brian2"
+INSTALL: Final = "pip install 'brian2>=2.9'"
 CELL: Final = "Brian2Group"
 """The cell type of a group of Brian2 in a network, which knows nothing of its equations."""
+RECEPTORS: Final = {"excitatory": ("ge", "v"), "inhibitory": ("gi", "v")}
+"""The variables that receive spikes of devices, if the options name none: the first that a group has."""
 
 
 class Brian2Options(RemoteOptions):

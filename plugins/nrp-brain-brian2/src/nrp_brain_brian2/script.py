@@ -19,11 +19,13 @@ from brian2.devices.device import Device, get_device, runtime_device
 from brian2.groups.subgroup import Subgroup
 from nrp_core.brain import IntArray
 from nrp_core.errors import CapabilityError, NetworkError
-from nrp_core.scripts import Scope
+from nrp_core.scripts import BuildingEnds, Scope
 
 from nrp_brain_brian2.options import NAME
 
 _SEEDS = 2**32
+_OWN = ("brian2.", "nrp_brain_brian2.")
+"""The code between a script's call of ``run`` and the network's."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +45,16 @@ class Built:
     views: Mapping[str, IntArray]
 
 
-class _BuildingEnds(BaseException):
-    """Ends the script at its first ``run``."""
+class FirstRun(BuildingEnds):
+    """Ends the script at its first ``run``.
+
+    Args:
+        network: Brian2's network.
+        namespace: the variables that the call gives to its equations, or None.
+
+    Attributes:
+        frames: the script's, from the call to the module.
+    """
 
     def __init__(self, network: Any, namespace: Any) -> None:
         self.network, self.namespace = network, namespace
@@ -64,13 +74,14 @@ def execute(path: Path, seed: int, *, compiled: bool = False) -> Built:
         CapabilityError: it chooses a device that cannot stop between steps.
     """
     scope, module = Scope((), lambda _: None), ModuleType(path.stem)
-    _begin(seed, compiled=compiled)
+    begin(compiled=compiled)
+    brian2.seed(seed % _SEEDS)
     arguments, sys.argv = sys.argv, [str(path)]
     try:
-        with _first_run():
+        with first_run():
             scope.run(path, module, name="__main__")
-    except _BuildingEnds as end:
-        return _built(end)
+    except FirstRun as end:
+        return built_of(end)
     except (Exception, SystemExit) as error:
         raise scope.located(error, NetworkError, path) from error
     finally:
@@ -80,7 +91,7 @@ def execute(path: Path, seed: int, *, compiled: bool = False) -> Built:
     raise NetworkError("the script ends without run(), which ends the building of its network", path=path)
 
 
-def _begin(seed: int, *, compiled: bool) -> None:
+def begin(*, compiled: bool = False) -> None:
     """Let the script find Brian2 as in a new process."""
     brian2.prefs.reset_to_defaults()
     brian2.prefs.codegen.target = "cython" if compiled else "numpy"
@@ -89,20 +100,19 @@ def _begin(seed: int, *, compiled: bool) -> None:
     Nameable.__instances__().clear()  # default names begin anew, because Brian2 orders objects by name
     runtime_device.defaultclock = brian2.Clock(dt=0.1 * brian2.ms, name="defaultclock")
     brian2.start_scope()
-    brian2.seed(seed % _SEEDS)
 
 
 @contextmanager
-def _first_run() -> Iterator[None]:
-    """Let the first run of any network of Brian2 end the block, and refuse devices that generate code."""
+def first_run() -> Iterator[None]:
+    """Let the first run of any network of Brian2 raise :class:`FirstRun`, and refuse other devices."""
     originals, own = (Brian2Network.run, Device.activate), os.getpid()
 
     def end(self: Any, *_: Any, namespace: Any = None, **__: Any) -> None:
         if os.getpid() != own:
             raise CapabilityError("the script calls run() in another process, which a loop cannot step")
-        ending = _BuildingEnds(self, namespace)
+        ending = FirstRun(self, namespace)
         frame: FrameType | None = sys._getframe(1)
-        while frame is not None and str(frame.f_globals.get("__name__")).startswith("brian2."):
+        while frame is not None and str(frame.f_globals.get("__name__")).startswith(_OWN):
             frame = frame.f_back
         while frame is not None:
             ending.frames.append(frame)
@@ -121,7 +131,7 @@ def _first_run() -> Iterator[None]:
         Brian2Network.run, Device.activate = originals
 
 
-def _built(end: _BuildingEnds) -> Built:
+def built_of(end: FirstRun) -> Built:
     """Return the network of a script with the names of its groups."""
     caller, network = end.frames[0], end.network
     namespace = end.namespace or {**caller.f_globals, **caller.f_locals}
