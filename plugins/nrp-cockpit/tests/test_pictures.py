@@ -32,6 +32,7 @@ def pixels_of(data: str) -> np.ndarray:
     return cv2.imdecode(np.frombuffer(b64decode(data), np.uint8), cv2.IMREAD_COLOR)
 
 
+@pytest.mark.heavy
 def test_a_scene_is_drawn_once_for_all_experiments_that_look_the_same(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from browsing import CUT, HUSKY, Kept, Watched, seen, wait_until
 from playwright.sync_api import FrameLocator, Page, expect
 
@@ -47,6 +48,7 @@ def test_a_branch_is_changed_and_the_difference_is_shown(kept: Kept, watched: Wa
     expect(page.get_by_role("region", name="Comparison")).to_be_visible()
 
 
+@pytest.mark.heavy
 def test_another_pair_of_engines_is_chosen_in_the_page_and_goes_in_step(kept: Kept, watched: Watched):
     page = watched.open(kept.open("braitenberg_husky", *HUSKY, *EVENT))
     page.get_by_role("link", name="Compare", exact=True).click()

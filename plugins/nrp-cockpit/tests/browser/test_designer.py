@@ -195,6 +195,7 @@ def test_a_wire_that_does_not_fit_says_why_and_each_step_goes_back(drawn: tuple[
     expect(hand.box("function wheels")).to_be_visible()
 
 
+@pytest.mark.heavy
 def test_xml_python_and_drawing_are_in_step_both_ways(drawn: tuple[Hand, Path], watched: Watched):
     hand, file = drawn
     page = hand.page
@@ -234,6 +235,7 @@ def test_xml_python_and_drawing_are_in_step_both_ways(drawn: tuple[Hand, Path], 
     expect(hand.box("function made")).to_be_visible()
 
 
+@pytest.mark.heavy
 def test_python_that_is_blocks_opens_as_boxes_in_the_cockpit_too(husky: str, watched: Watched):
     page = watched.open(husky, 1280, 720)
     page.get_by_role("link", name="Designer").click()
@@ -250,6 +252,7 @@ def test_python_that_is_blocks_opens_as_boxes_in_the_cockpit_too(husky: str, wat
     expect(page.get_by_role("menuitem", name="listing2.py")).to_be_visible()
 
 
+@pytest.mark.heavy
 def test_python_is_wired_and_undo_works_wherever_the_focus_is(watched: Watched):
     with cockpit(experiment="slalom_pioneer") as opened:
         page = watched.open(opened.address, 1280, 720)
@@ -266,6 +269,7 @@ def test_python_is_wired_and_undo_works_wherever_the_focus_is(watched: Watched):
         expect(made).to_have_count(0)
 
 
+@pytest.mark.heavy
 def test_wires_show_the_latest_values_of_the_run(watched: Watched) -> None:
     with cockpit(experiment="slalom_pioneer") as opened:
         page = watched.open(opened.address, 1280, 720)
@@ -340,6 +344,7 @@ def retype(text: Locator, new: str) -> None:
     text.page.keyboard.insert_text(new)
 
 
+@pytest.mark.heavy
 def test_functions_are_wired_by_keyboard_alone(drawn: tuple[Hand, Path]):
     hand, file = drawn
     keyboard = hand.page.keyboard
@@ -469,6 +474,7 @@ def test_a_brain_is_drawn_by_pointer_and_its_populations_are_there_for_functions
     expect(hand.box("population sensors")).to_have_count(0)
 
 
+@pytest.mark.heavy
 def test_cells_of_a_brain_that_a_person_wrote_are_silenced_by_keyboard_and_the_robot_stands(watched: Watched):
     with cockpit() as here:
         page = watched.open(here.address, 1280, 720)

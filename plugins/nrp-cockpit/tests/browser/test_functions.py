@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from browsing import Watched, seen
 from playwright.sync_api import Page, expect
 from visitors import cockpit
@@ -42,6 +43,7 @@ def test_typed_functions_are_checked_and_a_wrong_text_is_not_applied(husky: str,
     expect(page.get_by_text("No file is edited.")).to_be_visible()
 
 
+@pytest.mark.heavy
 def test_an_edit_outlives_the_view_is_compared_and_runs_once_applied(husky: str, watched: Watched):
     page = watched.open(husky)
     functions(page, "listing2.py")

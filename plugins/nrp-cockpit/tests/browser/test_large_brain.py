@@ -56,6 +56,7 @@ def selected(page: Page) -> Locator:
     return page.get_by_role("region", name="Selected").locator(".inspector-title")
 
 
+@pytest.mark.heavy
 def test_a_click_on_a_band_selects_its_group(page: Page):
     plot = plot_of(page)
     box = box_of(plot)
@@ -71,6 +72,7 @@ def test_a_click_on_a_band_selects_its_group(page: Page):
     expect(outline.get_by_role("button", name="kicks", exact=True)).to_have_count(1)  # the population alone
 
 
+@pytest.mark.heavy
 def test_the_wheel_beside_the_cells_zooms_to_one_and_a_double_click_shows_all(page: Page):
     plot = plot_of(page)
     before = plot.evaluate(INKED)
@@ -143,6 +145,7 @@ def learning(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return file
 
 
+@pytest.mark.heavy
 def test_weights_are_plotted_over_time_and_compared_at_two_moments(
     learning: Path, kept: Kept, watched: Watched
 ):

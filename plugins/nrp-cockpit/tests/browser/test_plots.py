@@ -156,6 +156,7 @@ def without_right(experiment: Path) -> bool:
     return "left_wheel_neuron" in text and "right_wheel_neuron" not in text
 
 
+@pytest.mark.heavy
 def test_theme_panels_and_curves_are_there_again_after_a_reload_until_they_are_reset(
     opened: Page, experiment: Path
 ):

@@ -79,6 +79,7 @@ def test_it_is_saved_in_the_page_that_shows_the_recording(played: str, watched: 
     expect(saved.get_by_role("button", name="Save as one HTML file")).to_have_count(0)
 
 
+@pytest.mark.heavy
 def test_a_notebook_shows_it_in_a_frame(recording: Path, browser: Browser, tmp_path: Path):
     widget = nrp_cockpit.show(recording, height_px=600)
     assert widget.losses == ()

@@ -80,6 +80,7 @@ def test_a_hidden_or_broken_experiment_is_refused_and_the_page_stays(
         assert visitor.until(lambda: visitor.last("start"))["entries"]
 
 
+@pytest.mark.heavy
 def test_each_experiment_shows_its_scene(folder: Path, cockpits: Cockpits, watched: Watched) -> None:
     page = watched.open(cockpits.open(), ready=("region", "Installed experiments"))
     card = page.get_by_role("button", name="Open braitenberg_husky", exact=True)

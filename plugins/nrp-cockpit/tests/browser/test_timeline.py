@@ -39,6 +39,7 @@ def test_a_click_on_the_timeline_runs_to_a_later_time_and_goes_back_to_an_earlie
     assert time_s(page) < there
 
 
+@pytest.mark.heavy
 def test_the_arrows_of_the_timeline_move_a_run(husky: str, watched: Watched):
     page = ready(watched.open(husky))
     slider = page.get_by_role("slider", name="Simulated time")
@@ -50,6 +51,7 @@ def test_the_arrows_of_the_timeline_move_a_run(husky: str, watched: Watched):
     paused_at(page, 0.0)
 
 
+@pytest.mark.heavy
 def test_a_snapshot_stands_on_the_timeline_and_a_click_restores_it(husky: str, watched: Watched):
     page = ready(watched.open(husky))
     page.get_by_role("slider", name="Simulated time").press("PageUp")
@@ -77,6 +79,7 @@ def test_an_error_says_where_the_run_stopped_and_opens_the_function(
     expect(page.locator(".cm-activeLine")).to_contain_text("1 / len(")
 
 
+@pytest.mark.heavy
 def test_a_drag_through_a_recording_shows_the_times_that_it_passes(played: str, watched: Watched):
     page = ready(watched.open(played))
     box = box_of(page.get_by_role("slider", name="Simulated time"))
@@ -95,6 +98,7 @@ def test_a_drag_through_a_recording_shows_the_times_that_it_passes(played: str, 
     expect(page.get_by_text("This is a recording")).to_be_visible()
 
 
+@pytest.mark.heavy
 def test_an_intervention_during_the_run_stands_on_the_timeline_and_a_click_goes_there(
     in_process: Callable[..., str], watched: Watched
 ):

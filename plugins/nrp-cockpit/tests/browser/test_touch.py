@@ -9,6 +9,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import pytest
 from browsing import Watched, box_of, seen, time_s, wait_until
 from playwright.sync_api import Locator, Page, expect
 
@@ -65,6 +66,7 @@ def y_of(pose: Locator) -> float:
     return float(re.search(r"y\s*(-?[\d.]+) m", pose.inner_text()).group(1))  # type: ignore[union-attr]
 
 
+@pytest.mark.heavy
 def test_a_robot_is_put_elsewhere_and_pushed_stands_on_its_contacts_and_leaves_a_trail(
     husky: str, watched: Watched
 ):

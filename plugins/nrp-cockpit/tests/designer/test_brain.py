@@ -172,6 +172,7 @@ def test_an_invalid_command_is_refused_with_its_reason(artist: Artist, golden: G
         artist.do("connect", source=f"into:{cells}", target=f"into:{cells}")
 
 
+@pytest.mark.heavy
 def test_a_new_name_goes_to_the_projections_and_with_a_population_they_go(artist: Artist) -> None:
     one, other = artist.population("one", 3), artist.population("other", 2)
     artist.projection(one, other, 0.1)
