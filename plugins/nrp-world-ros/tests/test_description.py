@@ -102,6 +102,7 @@ def husky() -> tuple[set[str], set[str]]:
     return {f"husky/{link.name}" for link in model.links}, {joint.name for joint in model.joints}
 
 
+@pytest.mark.heavy
 @needs_ros2
 @pytest.mark.slow
 def test_a_node_of_ros_2_that_comes_late_gets_the_robot(ros2: Ros2) -> None:

@@ -67,6 +67,7 @@ def test_a_node_with_the_defaults_of_ros_2_is_found_on_this_machine(ros2: Ros2) 
     assert "peers: 1 messages: True" in listened(ros2, LONE_MACHINE, "60")
 
 
+@pytest.mark.one_of(2)
 @needs_ros2
 @needs_networks
 @pytest.mark.slow
@@ -138,6 +139,7 @@ def test_a_node_with_other_messages_is_not_reported_as_absent(
     assert said[0].startswith("no node can be connected to /heard")
 
 
+@pytest.mark.heavy
 @needs_ros2
 @pytest.mark.slow
 def test_a_bridge_that_no_node_finds_warns_while_it_runs(ros2: Ros2) -> None:

@@ -123,6 +123,7 @@ def went_far(world: World) -> None:
     world.run_until(world.now_ns + 2 * DEPTH * world.capabilities.step_ns)
 
 
+@pytest.mark.one_of(3)
 @needs_ros2
 @pytest.mark.parametrize(
     "happens",
@@ -149,6 +150,7 @@ def test_a_simulated_body_does_bit_for_bit_what_it_does_in_this_process(
         assert seen[0] == seen[1]
 
 
+@pytest.mark.heavy
 @needs_ros2
 def test_worlds_that_run_side_by_side_do_not_hear_each_other() -> None:
     turns = (0.0, 0.5, -0.5)

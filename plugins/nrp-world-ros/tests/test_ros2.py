@@ -56,6 +56,7 @@ def test_types_have_the_hashes_by_which_ros_2_knows_them() -> None:
     assert Codec().hash("geometry_msgs/msg/Twist") == expected
 
 
+@pytest.mark.one_of(3)
 @needs_ros2
 @pytest.mark.parametrize("package", PACKAGES)
 def test_types_of_the_platform_have_the_fields_of_ros(package: str) -> None:
@@ -84,6 +85,7 @@ def test_our_bytes_are_those_of_ros(words: list[str], numbers: list[float], t_ns
     assert bytes(codec.encode(back)) == bytes(codec.encode(ours))
 
 
+@pytest.mark.heavy
 @needs_ros2
 def test_packages_that_ros_lacks_are_made_from_their_definitions_and_kept() -> None:
     from nrp_core.messages import dvs_msgs
@@ -260,6 +262,7 @@ def test_in_lockstep_a_run_through_ros_2_is_bit_for_bit_the_run_in_one_process(r
     assert apart["events"] == pytest.approx(together["events"], abs=0.02)
 
 
+@pytest.mark.heavy
 @needs_ros2
 @pytest.mark.slow
 def test_by_the_clock_of_a_simulator_in_ros_2_the_robot_turns(ros2: Ros2) -> None:
@@ -279,6 +282,7 @@ COMMANDS = {
 """The number of drives and joints with commands."""
 
 
+@pytest.mark.one_of(2)
 @needs_ros2
 @pytest.mark.slow
 @pytest.mark.parametrize(
@@ -308,6 +312,7 @@ def test_every_topic_of_a_robot_reaches_a_node_of_ros_2_and_every_command_moves_
     assert {topic for topic, range_ in moved.items() if range_ < 0.05} == set()
 
 
+@pytest.mark.heavy
 @needs_ros2
 @pytest.mark.slow
 def test_a_node_can_take_its_time_from_the_simulation(ros2: Ros2) -> None:

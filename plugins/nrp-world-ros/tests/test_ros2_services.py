@@ -66,6 +66,7 @@ def test_each_call_gets_its_answer(ros2: Ros2, node: Node) -> None:
     assert callers[1].communicate(timeout=90)[0].splitlines() == [off] * 5
 
 
+@pytest.mark.heavy
 @needs_ros2
 def test_a_node_that_has_left_is_not_called(ros2: Ros2) -> None:
     with join(Ros.TWO, "under_test", domain=ros2.domain) as node:
@@ -73,6 +74,7 @@ def test_a_node_that_has_left_is_not_called(ros2: Ros2) -> None:
     assert called(ros2, "/switch", SET_BOOL, "1") == ["no server"]
 
 
+@pytest.mark.heavy
 @needs_ros2
 def test_a_call_without_an_answer_holds_up_neither_the_process_nor_other_calls(
     ros2: Ros2, node: Node, monkeypatch: pytest.MonkeyPatch

@@ -37,6 +37,7 @@ class Late:
     value: float = 0.0
 
 
+@pytest.mark.heavy
 @needs_ros2
 @pytest.mark.slow
 def test_topics_are_created_while_others_come_and_go(ros2: Ros2) -> None:
