@@ -272,6 +272,7 @@ def test_a_population_that_is_read_and_that_nothing_excites_is_found(
     assert never_firing(edit, more, cells)
 
 
+@pytest.mark.one_of(4)
 @pytest.mark.parametrize(
     ("more", "cells", "functions"),
     [

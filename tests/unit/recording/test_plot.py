@@ -133,6 +133,7 @@ def test_a_figure_in_python_is_that_of_the_command_and_shown_by_notebooks(
         recording.plot("rasta")
 
 
+@pytest.mark.heavy
 def test_a_recording_that_was_cut_is_drawn_as_far_as_it_goes(recording: Recording, tmp_path: Path) -> None:
     whole = recording.file.read_bytes()
     for part in (1, 2, 3):

@@ -178,12 +178,14 @@ def test_no_expression_takes_gigabytes_or_minutes(
     least_memory_and_time(lambda: value(expression))
 
 
+@pytest.mark.one_of(3)
 @pytest.mark.one_of(2)
 @pytest.mark.parametrize("body", BODIES)
 def test_no_file_takes_gigabytes_or_minutes(expand: Expand, body: str) -> None:
     least_memory_and_time(lambda: expand(body))
 
 
+@pytest.mark.one_of(2)
 @pytest.mark.parametrize(
     ("text", "match"),
     [

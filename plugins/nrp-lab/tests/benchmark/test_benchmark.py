@@ -79,6 +79,7 @@ def test_worlds_are_scored_compared_and_kept(bench: Any, nrp: Any, worlds: Path,
     assert again["standings"][0]["agreement"] == json.loads(compared.out)["answer"]
 
 
+@pytest.mark.heavy
 def test_wrong_agreements_are_seen(bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """A comparison that takes every world for the first one finds that they agree."""
 

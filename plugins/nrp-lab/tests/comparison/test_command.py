@@ -103,6 +103,7 @@ def recorded_ns(results: Path) -> dict[str, int]:
     return {folder.name.split("-")[1]: (folder / "recording.mcap").stat().st_mtime_ns for folder in folders}
 
 
+@pytest.mark.heavy
 def test_another_file_makes_the_runs_that_read_it_again(
     nrp: Any, worlds: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

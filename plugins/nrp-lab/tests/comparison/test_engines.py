@@ -102,6 +102,7 @@ def test_a_wrong_brain_is_named_in_the_headline(name: str, folders: dict[str, Pa
 OTHERS, COPIES = ("event", "mujoco,pybullet"), ("event,SameBrain", "mujoco,SameWorld")
 
 
+@pytest.mark.one_of(2)
 @pytest.mark.parametrize(
     ("experiment", "brains", "worlds"),
     [

@@ -203,6 +203,7 @@ def test_a_hopeless_run_stops_as_soon_as_its_criterion_is_not_met(command: Evolv
         assert row["passed"] == "False"
 
 
+@pytest.mark.heavy
 def test_the_results_are_shown_and_drawn(command: Evolve, here: Path) -> None:
     assert command("search.yaml", "--workers", 1)[0] == 0
     code, out, err = command("show", "search.evolve", "--plot", "course.png")

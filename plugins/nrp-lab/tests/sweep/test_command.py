@@ -135,6 +135,7 @@ def test_a_sweep_can_be_extended_and_only_some_runs_made(sweep: Sweep, here: Pat
     assert sorted(row["seed"] for row in table()) == ["1", "2", "2", "2"]
 
 
+@pytest.mark.heavy
 def test_failed_runs_are_kept_with_their_error_and_repeated_on_request(sweep: Sweep, here: Path) -> None:
     function = here / "drive_to_the_wall" / "wrong.py"
     body = (

@@ -124,6 +124,7 @@ def test_weights_change_for_later_spikes_only(
     assert np.ptp(seen[0]) > 0.5
 
 
+@pytest.mark.one_of(2)
 @pytest.mark.parametrize("resolution", ["0.1 ms", "1 ms"])
 def test_a_snapshot_keeps_changes_and_a_reset_undoes_them(
     resolution: str, cells: Cells, connect: Callable[..., Projection], open_brain: Open
