@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from nrp_core.scene.model import Model, Scene
 
 IMAGES = (".png", ".jpg")
+MAPS = (".svg", ".png")
 _BEGINNING = 4096  # number of bytes that are searched for the first element of an XML file
 _ROOTS = ("sdf", "robot", "gazebo")
 _ARGS = "args."
@@ -42,7 +43,7 @@ def inspect(
         typer.Argument(
             metavar="FILE",
             help="An experiment (its name or file), a robot or room in SDF, URDF, xacro or a ZIP archive, "
-            "transfer functions, a brain script, or a recording.",
+            "transfer functions, a brain script, a network file, or a recording.",
             autocompletion=experiment_names,
         ),
     ],
@@ -52,7 +53,7 @@ def inspect(
             metavar="FILE",
             envvar="NRP_IMAGE",
             dir_okay=False,
-            help="Also draw the scene into a .png or .jpg file.",
+            help="Also draw the scene into a .png or .jpg file, or the map of a network into a .svg file.",
         ),
     ] = None,
     overrides: Overrides = None,
@@ -72,7 +73,8 @@ def inspect(
     values, units and ranges. For a brain script: its parameters. For a robot or a room: links, joints,
     sensors, drives, topics, warnings. For transfer functions: the inputs, outputs and return values of each,
     and the parameters. For a recording: the experiment, the duration, the parameters, the recorded topics,
-    and whether it is complete.
+    and whether it is complete. For a network file: cells by group and sign, degrees, hubs, and how many
+    synapses its groups are apart.
     """
     from nrp_core.cli.inspect_experiments import (
         are_functions,
@@ -80,6 +82,7 @@ def inspect(
         inspect_functions,
         is_experiment,
     )
+    from nrp_core.cli.inspect_networks import inspect_network, is_network
     from nrp_core.cli.inspect_recordings import inspect_recording, is_recording
 
     if is_recording(file):
@@ -89,9 +92,11 @@ def inspect(
         _check(file, {"--image": image, "--models": models}, as_json=json)
     given = overrides_of(overrides, brain=None, world=None, models=models)
     if image is not None:
-        _check_image(image, overwrite=overwrite)
-        if is_experiment(file) or is_recording(file) or are_functions(file):
-            raise typer.BadParameter(f"only a robot or a room is drawn, not {file}", param_hint="--image")
+        _check_image(file, image, overwrite=overwrite)
+    if is_network(file):
+        refuse_given(context, "a network has no settings; omit this option", ("overrides", "models"))
+        inspect_network(file, image, as_json=json)
+        return
     if is_recording(file):  # first, because its folder holds the experiment, too
         inspect_recording(file, as_json=json, details=verbose)
         return
@@ -238,13 +243,20 @@ def _check(file: Path, others: Mapping[str, object], *, as_json: bool) -> None:
     check_recording(file, as_json=as_json)
 
 
-def _check_image(path: Path, *, overwrite: bool) -> None:
+def _check_image(file: Path, image: Path, *, overwrite: bool) -> None:
+    from nrp_core.cli.inspect_experiments import are_functions, is_experiment
+    from nrp_core.cli.inspect_networks import is_network
+    from nrp_core.cli.inspect_recordings import is_recording
+
+    kinds = MAPS if is_network(file) else IMAGES
     with usage_errors("--image"):
-        if path.suffix.lower() not in IMAGES:
-            raise ValueError(f"an image is a {' or '.join(IMAGES)} file, not '{path.name}'")
-        if not path.absolute().parent.is_dir():
-            raise ValueError(f"the folder {path.parent} does not exist")
-        check_free(path, overwrite=overwrite)
+        if image.suffix.lower() not in kinds:
+            raise ValueError(f"an image is a {' or '.join(kinds)} file, not '{image.name}'")
+        if not image.absolute().parent.is_dir():
+            raise ValueError(f"the folder {image.parent} does not exist")
+        check_free(image, overwrite=overwrite)
+        if is_experiment(file) or is_recording(file) or are_functions(file):
+            raise ValueError(f"only a robot, a room or a network is drawn, not {file}")
 
 
 def _draw(scene: Scene, path: Path) -> None:
