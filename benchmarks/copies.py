@@ -198,7 +198,7 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=50)
     parser.add_argument("--warm", type=int, default=10, help="steps before the measurement")
     parser.add_argument("--solo", type=int, default=4, help="how many copies are compared with runs alone")
-    parser.add_argument("--experiment", choices=EXPERIMENTS)
+    parser.add_argument("--experiment", help=f"by default {' and '.join(EXPERIMENTS)}")
     given = parser.parse_args()
     if given.experiment is None:  # a process for each, for the memory of the first would be used again
         print(conditions(), flush=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import fields, is_dataclass
 from functools import wraps
 from typing import Any, Final, TypeVar, cast
@@ -11,8 +11,7 @@ import numpy as np
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_NUMBERS: Final = frozenset({bool, int, float, np.bool_, np.int64, np.float64})
-_ARRAYS: Final = frozenset({list, np.ndarray})
+_NUMBERS: Final = (bool, int, float, np.number, np.bool_)
 
 
 class Copies:
@@ -59,17 +58,21 @@ class Copies:
 def gathered(each: list[Any]) -> Any:
     """Return a value of each copy as one array that cannot be written, or as :class:`Copies`."""
     kinds = {*map(type, each)}
-    if kinds <= _NUMBERS or (len(kinds) == 1 and kinds <= _ARRAYS and _are_alike(each)):
-        rows = np.array(each)
-        rows.flags.writeable = False  # a change would be lost
-        return rows
-    return Copies(each)
+    if kinds == {np.ndarray}:
+        are_alike = len({one.shape for one in each}) == 1
+    elif kinds == {list}:
+        are_alike = len({*map(len, each)}) == 1 and all(map(_are_numbers, each))
+    else:
+        are_alike = _are_numbers(each)
+    if not are_alike:
+        return Copies(each)
+    rows = np.array(each)
+    rows.flags.writeable = False  # a change would be lost
+    return rows
 
 
-def _are_alike(each: list[Any]) -> bool:
-    if isinstance(each[0], np.ndarray):
-        return len({one.shape for one in each}) == 1
-    return {len(one) for one in each} == {len(each[0])} and {type(v) for one in each for v in one} <= _NUMBERS
+def _are_numbers(values: Iterable[Any]) -> bool:
+    return all(issubclass(kind, _NUMBERS) for kind in {*map(type, values)})
 
 
 def rows_of(value: Any, n: int) -> Sequence[Any]:
