@@ -47,22 +47,47 @@ def new(
         Path | None,
         typer.Option("--output", "-o", metavar="DIR", help="The new folder; by default nrp-SUBJECT-NAME."),
     ] = None,
+    robot: Annotated[
+        Path | None,
+        typer.Option(
+            "--from",
+            metavar="FILE",
+            exists=True,
+            dir_okay=False,
+            help="A robot in URDF, SDF or xacro: an experiment in which it moves, instead of a package.",
+        ),
+    ] = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
-    """Create a distribution for your own brain, world, experiment, sensor or device."""
+    """Create a distribution for your own brain, world, experiment, sensor or device.
+
+    With --from, create the files of an experiment with a robot of your own: a brain, its wheels or joints, a
+    lidar, a room with walls, and a criterion.
+    """
     if not NAME.fullmatch(name):
         rule = "use lower-case letters, digits, '_' and '-', and begin with a letter"
         raise typer.BadParameter(f"'{name}' is not a valid name: {rule}", param_hint="NAME")
-    _require_free(subject, name)
-    folder = output or Path(f"nrp-{subject}-{name.replace('_', '-')}")
-    files = _write(folder, TEMPLATES / subject, _values(subject, name), overwrite=overwrite)
+    if robot is not None:
+        from nrp_core.cli.new_robot import robot_values
+
+        if subject is not Subject.EXPERIMENT:
+            raise typer.BadParameter(
+                f"only an experiment is made of a robot, not a {subject}", param_hint="--from"
+            )
+        folder, templates = output or Path(name), TEMPLATES.with_name("robot")
+        values = {"name": name, "package": "", **robot_values(robot)}
+    else:
+        _require_free(subject, name)
+        folder, templates = output or Path(f"nrp-{subject}-{name.replace('_', '-')}"), TEMPLATES / subject
+        values = dict(_values(subject, name))
+    files = _write(folder, templates, values, overwrite=overwrite)
     if json:
         document({"folder": str(folder), "files": [str(file) for file in files]})
         return
     for file in files:
         typer.echo(f"created {folder / file}")
-    typer.echo(f"next steps: {folder / 'README.md'}")
+    typer.echo(f"next steps: {f'nrp run {folder}' if robot is not None else folder / 'README.md'}")
 
 
 def _require_free(subject: Subject, name: str) -> None:
@@ -103,8 +128,9 @@ def _write(folder: Path, templates: Path, values: Mapping[str, Any], *, overwrit
         check_free(folder, overwrite=overwrite)
     loader = jinja2.FileSystemLoader(templates)
     environment = jinja2.Environment(
-        loader=loader, undefined=jinja2.StrictUndefined, keep_trailing_newline=True
-    )
+        loader=loader, undefined=jinja2.StrictUndefined, keep_trailing_newline=True,
+        trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
     files = []
     with writing(folder):
         for source in environment.list_templates():

@@ -161,3 +161,33 @@ def test_a_backend_that_is_not_written_yet_does_not_open_and_says_why(made, gold
     made("world", "acme")
     with golden.raises(NrpError, match=r"'acme'.*_build.*self\.scene\.models"):
         Run(load_experiment("braitenberg_husky", ["world.backend=acme"]))
+
+
+CART = """<robot name="cart"><link name="base"><inertial><mass value="4"/><inertia ixx="0.02" iyy="0.04"
+  izz="0.05" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><box size="0.4 0.2 0.1"/></geometry>
+  </collision></link>{wheels}</robot>"""
+WHEEL = """<link name="{name}"><collision><origin rpy="1.5708 0 0"/><geometry>
+  <cylinder radius="0.1" length="0.04"/></geometry></collision></link>
+  <joint name="{name}" type="{kind}"><parent link="base"/><child link="{name}"/><origin xyz="0 {y} 0"/>
+  <axis xyz="0 {axis} 0"/><limit lower="-1" upper="1" effort="9" velocity="9"/></joint>"""
+
+
+@pytest.mark.parametrize("kind", ["continuous", "revolute"])
+def test_a_robot_becomes_an_experiment_that_moves_it(nrp, tmp_path: Path, monkeypatch, kind: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    wheels = (("left", 0.2, 1), ("right", -0.2, -1))
+    parts = "".join(WHEEL.format(name=name, y=y, axis=axis, kind=kind) for name, y, axis in wheels)
+    Path("cart.urdf").write_text(CART.format(wheels=parts))
+    assert nrp("new", "experiment", "tour", "--from", "cart.urdf").code == 0
+    experiment = load_experiment(Path("tour"))
+    assert experiment.world.robots["robot"].pose[2] == pytest.approx(0.11)  # 1 cm above the ground
+    assert ("-0.06 * right.rate" in Path("tour/drive.py").read_text()) == (kind == "continuous")
+    with Run(experiment) as run:
+        run.run_until(0.5)
+        assert run.result().spikes["sides"] > 5
+
+
+def test_only_an_experiment_is_made_of_a_robot(nrp, tmp_path: Path) -> None:
+    (tmp_path / "cart.urdf").write_text(CART.format(wheels=""))
+    assert nrp("new", "brain", "tour", "--from", tmp_path / "cart.urdf").code == 2
+    assert nrp("new", "experiment", "tour", "--from", tmp_path / "cart.urdf").code != 0

@@ -111,7 +111,7 @@ OTHERS = {
     *((command, "models") for command in ("run", "validate", "map", "inspect", "diff", "import", "paper")),
     ("cockpit", "models"), ("design", "models"),
     *((command, "recording") for command in ("replay", "plot", "video", "export", "recover", "share")),
-    ("functions", "add"), ("inspect", "file"), ("replay", "functions"), ("diff", "other"),
+    ("functions", "add"), ("inspect", "file"), ("new", "robot"), ("replay", "functions"), ("diff", "other"),
     ("conformance", "scene"), ("generate", "file"), ("import", "file"), ("import-connectome", "edges"),
     ("import-connectome", "neurons"), ("import-connectome", "junctions"), ("evolve", "folder"),
     ("sweep", "folder"),
