@@ -16,7 +16,7 @@ from pathlib import Path
 
 from gallery import FIGURES, figures, write_gallery
 from navigation import navigation
-from notebooks import copy_notebooks, notebooks
+from notebooks import notebooks
 from pages import write_documents
 from paths import PAGES, REPOSITORY, ROOT, SITE
 from reference import write_reference
@@ -60,7 +60,6 @@ def write_pages(*, reuse: bool) -> None:
     else:
         run_all([*figures(), *notebooks()])
         keep()
-    copy_notebooks()
     write_gallery()
     reference = write_reference()
     shutil.copytree(ROOT / "docs" / "site" / "assets", PAGES / "assets")

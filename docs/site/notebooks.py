@@ -1,9 +1,8 @@
-"""The notebooks: kept without outputs, executed when the site is built, and shown as pages."""
+"""The notebooks: kept without outputs, executed when the site is built, shown and offered with them."""
 
 from __future__ import annotations
 
 import base64
-import shutil
 from collections.abc import Callable
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
@@ -41,8 +40,10 @@ def _show(path: Path) -> None:
         else _code(cell, path.stem, index)
         for index, cell in enumerate(notebook.cells)
     ]
+    page = PurePosixPath("notebooks", f"{path.stem}.md")
     links = " · ".join([f"[Download this notebook]({path.name}){{ download }}", *_online(name, REPOSITORY)])
-    write_page(PurePosixPath("notebooks", f"{path.stem}.md"), "\n\n".join([title, links, *rest]))
+    write_page(page, "\n\n".join([title, links, *rest]))
+    nbformat.write(notebook, PAGES / "notebooks" / path.name)  # to be downloaded, with its outputs
 
 
 def _online(name: PurePosixPath, repository: str) -> list[str]:
@@ -98,10 +99,3 @@ def _output(output: Any, images: Path, name: str) -> str:
 
 def _text(text: str) -> str:
     return f"```text {{ .notebook-output }}\n{text.rstrip()}\n```"
-
-
-def copy_notebooks() -> None:
-    """Put the notebooks themselves beside their pages, to be downloaded."""
-    for path in FOLDER.glob("*.ipynb"):
-        (PAGES / "notebooks").mkdir(parents=True, exist_ok=True)
-        shutil.copy(path, PAGES / "notebooks" / path.name)
