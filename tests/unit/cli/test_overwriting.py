@@ -235,6 +235,7 @@ READING = re.compile(
 )
 """How functions are called that read the files which they are given."""
 WITHOUT_OUTPUT = {
+    "nrp_core.recording.file_digest", "nrp_core.cli.new_robot.robot_values",
     "nrp_core.Experiment.with_csv_folder", "nrp_core.brain.Findings.add",
     "nrp_core.experiment.RunObserver.functions_changed", "nrp_core.experiment.experiments_in",
     "nrp_core.experiment.network_from", "nrp_core.recording.Dependencies.to_data",
