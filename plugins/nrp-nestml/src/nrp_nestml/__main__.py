@@ -1,28 +1,36 @@
-"""Prints the neuron in a file as the arguments of ``EquationCell``, in JSON: nrp-nestml FILE."""
+"""Prints models of NESTML as arguments of ``EquationCell`` or ``EquationSynapse``, in JSON: nrp-nestml FILE.
+
+Of several files it prints one object, by their names without the suffix.
+"""
 
 from __future__ import annotations
 
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
-from nrp_nestml.cell import cell_of
+from nrp_nestml.cell import model_of
 from nrp_nestml.errors import NestmlError
 
 
 def main() -> int:
-    """Print the cell, or ``{"error": ...}`` and end with an exit code of 1."""
-    if len(sys.argv) != 2:
-        print("usage: nrp-nestml FILE.nestml", file=sys.stderr)
+    """Print the model, or ``{"error": ...}`` and end with an exit code of 1."""
+    paths = [Path(one) for one in sys.argv[1:]]
+    if not paths:
+        print("usage: nrp-nestml FILE.nestml ...", file=sys.stderr)
         return 2
+    found = {path.stem: _translated(path) for path in paths}
+    print(json.dumps(found if len(paths) > 1 else found[paths[0].stem], indent=1))
+    return int(any("error" in one for one in found.values()))
+
+
+def _translated(path: Path) -> dict[str, Any]:
     try:
-        found = cell_of(Path(sys.argv[1]))
+        return model_of(path)
     except NestmlError as error:
-        print(json.dumps({"error": str(error)}))
-        print(f"error: {sys.argv[1]}: {error}", file=sys.stderr)
-        return 1
-    print(json.dumps(found, indent=1))
-    return 0
+        print(f"error: {path}: {error}", file=sys.stderr)
+        return {"error": str(error)}
 
 
 if __name__ == "__main__":

@@ -47,13 +47,15 @@ class SpikeBody:
     Attributes:
         assignments: variables and their new values, in this order.
         emits: whether a spike is emitted.
+        emitted: the weight with which it is, in a synapse.
     """
 
     def __init__(self, writer: Writer, previous: dict[str, str]) -> None:
         self._writer, self._previous = writer, previous
         self._local: dict[str, str] = {}
         self.assignments: list[tuple[str, str]] = []
-        self.emits = False
+        self.emits, self.emitted = False, ""
+        self._stale: set[str] = set()
 
     def read(self, body: Any) -> None:
         """Read a body.
@@ -66,12 +68,25 @@ class SpikeBody:
             if statement.is_compound_stmt():
                 self._choice(statement.compound_stmt)
             elif is_emitted(statement.small_stmt):
-                self.emits = True
+                self._emit(statement.small_stmt)
             elif statement.small_stmt.is_declaration():
                 self._declare(statement.small_stmt.get_declaration())
             else:
                 self.assignments.append(self._assigned(statement.small_stmt))
         self._writer.names.intersection_update(before)
+
+    def _emit(self, one: Any) -> None:
+        given = one.get_function_call().get_args()
+        self.emits = True
+        if given:
+            self.emitted = self._with_local(self._writer.text(given[0]), one)
+
+    def _with_local(self, text: str, one: Any) -> str:
+        """Return a text with local values written out, none of which has changed in the meantime."""
+        for name in self._stale:
+            if re.search(rf"\b{name}\b", text):
+                raise NestmlError(f"{at(one)}: what the local value '{name}' depends on has changed")
+        return substituted(text, self._local)
 
     def _assigned(self, one: Any) -> tuple[str, str]:
         if not one.is_assignment():
@@ -79,7 +94,9 @@ class SpikeBody:
         name, value = target(one.get_assignment(), self._writer)
         if name in self._local:
             raise NestmlError(f"{at(one)}: the local value '{name}' changes")
-        return name, substituted(value, self._local)
+        found = name, self._with_local(value, one)
+        self._stale |= {local for local, text in self._local.items() if re.search(rf"\b{name}\b", text)}
+        return found
 
     def _declare(self, declaration: Any) -> None:
         expression = declaration.get_expression()
@@ -89,9 +106,11 @@ class SpikeBody:
         if passed is not None and self._previous.get(passed[2]) == passed[1]:
             text = "0.0"
         else:
-            text = substituted(self._writer.text(expression), self._local)
+            text = self._with_local(self._writer.text(expression), declaration)
         for variable in declaration.get_variables():
-            self._local[plain(variable.get_complete_name())] = text
+            name = plain(variable.get_complete_name())
+            self._local[name] = text
+            self._stale.discard(name)
         self._writer.names |= self._local.keys()
 
     def _choice(self, compound: Any) -> None:
@@ -105,8 +124,12 @@ class SpikeBody:
         if chosen.has_else_clause():
             clauses.append((chosen.get_else_clause(), *reversed(clauses[0][1:])))
         for clause, holds, fails in clauses:
+            *_, last = [None, *small(clause.get_stmts_body())]
             for one in small(clause.get_stmts_body()):
+                if one.is_declaration():
+                    self._declare(one.get_declaration())
+                    continue
                 name, value = self._assigned(one)
-                if re.search(rf"\b{name}\b", condition):
+                if re.search(rf"\b{name}\b", condition) and not (one is last and len(clauses) == 1):
                     raise NestmlError(f"{at(one)}: '{name}' is set where its own value is tested")
                 self.assignments.append((name, f"({holds}*({value}) + {fails}*{name})"))

@@ -13,10 +13,24 @@ from nrp_nestml.errors import NestmlError, at
 from nrp_nestml.expressions import number_of, plain, substituted
 from nrp_nestml.reading import read
 from nrp_nestml.statements import Behaviour, Reader
+from nrp_nestml.synapse import synapse_of
 
 _INPUT: Final = "i_offset"
 _SPIKE: Final = "0.001"
 """The magnitude of a spike: a pulse of 1/s, in 1/ms."""
+
+
+def model_of(path: Path) -> dict[str, Any]:
+    """Return the arguments of ``EquationCell`` or ``EquationSynapse`` for the model in a file.
+
+    Raises:
+        NestmlError: it has something that these do not have.
+    """
+    model = read(path)
+    is_synapse = any(
+        "pre" in port.get_name() for block in model.get_input_blocks() for port in block.get_input_ports()
+    )
+    return synapse_of(model) if is_synapse else _Cell(model).arguments()
 
 
 def cell_of(path: Path) -> dict[str, Any]:
