@@ -33,26 +33,31 @@ _HALF_M: Final = 0.025
 _POINTER_BYTES: Final = 1024
 _GREY: Final = (0.5, 0.5, 0.5)
 
+_NAMED = 3
+"""How many more meshes a finding names."""
+
 
 def replace_missing(spec: Any, path: Path, warnings: Findings) -> None:
-    """Give a specification cubes and grey for its absent meshes and images, with a warning of each.
+    """Give a specification cubes and grey for its absent meshes and images, with a warning.
 
     Args:
         spec: the specification that MuJoCo read.
         path: the file that it read.
         warnings: receives the warnings.
     """
+    lost: list[str] = []
     for mesh in spec.meshes:
         for file, lacking in _absent([mesh.file], spec.meshdir, spec, path):
-            warnings.add(
-                Code.NRP258,
-                f"the mesh '{file}' {lacking}: replaced by a cube of {200 * _HALF_M:g} cm",
-                subject=file,
-                path=path,
-            )
+            lost.append(f"'{file}' {lacking}" if not lost else f"'{file}'")
             mesh.file, mesh.scale = "", (1.0, 1.0, 1.0)
             corners = product((-_HALF_M, _HALF_M), repeat=3)
             mesh.uservert = [number for corner in corners for number in corner]
+    if lost:
+        first, *others = lost
+        names = ", ".join(others[:_NAMED]) + (", ..." if len(others) > _NAMED else "")
+        more = f" (and {len(others)} more: {names})" if others else ""
+        message = f"the mesh {first}: replaced by a cube of {200 * _HALF_M:g} cm{more}"
+        warnings.add(Code.NRP258, message, subject=first.split("'")[1], path=path)
     for image in spec.textures:
         for file, lacking in list(_absent([image.file, *image.cubefiles], spec.texturedir, spec, path))[:1]:
             warnings.add(Code.NRP258, f"the image '{file}' {lacking}: shown grey", subject=file, path=path)

@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterator, Sequence
 from nrp_core.findings import Code, Findings
 from nrp_core.scene.model import Model
 from nrp_core.scene.origin import Native
+from nrp_core.world.drives.muscles import muscles_of
 
 _MECHANISMS = ("contact", "equality", "tendon")
 """Sections with mechanisms; actuators report themselves, and settings of solvers are meant for one engine."""
@@ -30,12 +31,14 @@ def report_mechanisms(model: Model, warnings: Findings) -> None:
 def _lacking(model: Model, foreign: Sequence[Native]) -> Iterator[tuple[str, str]]:
     """Yield the parts of a model that elements for another engine describe, each with its subject."""
     of, links = f"'{model.name}'", {link.name for link in model.links}
+    pulled = _of_straight_muscles(model, foreign)
     counts = Counter(
         (section.tag, part.tag)
         for section in foreign
         if section.tag in _MECHANISMS
         for part in section.children
         if not _is_inner_exclude(part, links)
+        and not (section.tag == "tendon" and part.attribute("name") in pulled)
     )
     for (section, tag), count in counts.items():
         which = f"the <{tag}>" if count == 1 else f"the {count} <{tag}>"
@@ -60,6 +63,14 @@ def _lacking(model: Model, foreign: Sequence[Native]) -> Iterator[tuple[str, str
     for medium in _MEDIUM:
         if any(each.tag == "option" and _has(each, medium) for each in foreign):
             yield medium, f"the medium that brakes {of} ({medium})"
+
+
+def _of_straight_muscles(model: Model, foreign: Sequence[Native]) -> set[str | None]:
+    """Return the tendons that only muscles along straight lines pull, which PyBullet has."""
+    straight = {muscle.name for muscle in muscles_of(model) if not muscle.wraps}
+    actuators = [each for section in foreign if section.tag == "actuator" for each in section.children]
+    others = {each.attribute("tendon") for each in actuators if each.attribute("name") not in straight}
+    return {each.attribute("tendon") for each in actuators} - others - {None}
 
 
 def _has(element: Native, name: str) -> bool:

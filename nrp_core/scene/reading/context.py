@@ -334,21 +334,49 @@ class Notes:
     """The warnings of one reading; a warning about many elements is given once, with the first place."""
 
     def __init__(self) -> None:
-        self._findings: list[Finding] = []
+        self._findings: list[tuple[Finding, str]] = []
 
-    def warn(self, element: Element, code: Code, message: str, *, subject: str | None = None) -> None:
-        """Warn of an element."""
-        where = element.path, element.line
-        self._findings.append(Finding(code, message, Level.WARNING, *where, subject=subject))
+    def warn(
+        self, element: Element, code: Code, message: str, *, subject: str | None = None, alike: str = ""
+    ) -> None:
+        """Warn of an element.
+
+        Args:
+            element: the element.
+            code: the kind of the finding.
+            message: what is wrong.
+            subject: the name of the object concerned.
+            alike: a word for findings of which a file has one, with the names of the other objects.
+        """
+        finding = Finding(code, message, Level.WARNING, element.path, element.line, subject=subject)
+        self._findings.append((finding, alike))
 
     def has(self, code: Code, subject: str) -> bool:
         """Return whether a subject has a warning with a code."""
-        return any((each.code, each.subject) == (code, subject) for each in self._findings)
+        return any((each.code, each.subject) == (code, subject) for each, _ in self._findings)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
         """All warnings; a warning about many elements is listed once, with the first place."""
-        return merged(self._findings)
+        alike: dict[object, list[Finding]] = {}
+        for finding, word in self._findings:
+            alike.setdefault((word, finding.path) if word else id(finding), []).append(finding)
+        return merged(_joined(each) for each in alike.values())
+
+
+_NAMED = 3
+"""How many other objects a finding names."""
+
+
+def _joined(findings: Sequence[Finding]) -> Finding:
+    """Return the first of some findings, with the names of the objects of the others."""
+    first = findings[0]
+    others = list(dict.fromkeys(each.subject for each in findings if each.subject != first.subject))
+    if not others:
+        return replace(first, count=len(findings))
+    names = ", ".join(f"'{name}'" for name in others[:_NAMED]) + (", ..." if len(others) > _NAMED else "")
+    message = f"{first.message} (and {len(others)} more: {names})"
+    return replace(first, message=message, count=len(findings))
 
 
 @dataclass(frozen=True, slots=True)

@@ -250,7 +250,8 @@ def _mesh(shape: Element, form: Form, reading: Reading, max_excess: float) -> li
         if not subject:
             subject = uri.text
             message = f"the mesh '{subject}' {error.message}: replaced by a simple shape"
-        reading.notes.warn(uri, Code.NRP258, message, subject=subject)
+        alike = "missing mesh" if reading.resources.find(uri) is None else ""
+        reading.notes.warn(uri, Code.NRP258, message, subject=subject, alike=alike)
         return []
     if pieces[0].left_out:
         left_out = f"{pieces[0].left_out} triangles of the mesh '{uri.text}' are left out"

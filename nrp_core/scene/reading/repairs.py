@@ -72,7 +72,7 @@ def usable_inertial(
         if given:
             what = f": {of_shapes.mass:.3g} kg computed from its collision shapes" if of_shapes else ""
             message = f"the link '{link}' has a mass of 0 and could not move{what}"
-            notes.warn(element, Code.NRP384, message, subject=link)
+            notes.warn(element, Code.NRP384, message, subject=link, alike="no mass")
         return repair_inertia(of_shapes)[0] if of_shapes else None
     if given.mass < 0:
         raise element.error(f"the mass of the link '{link}' is {given.mass:g} kg; it must be more than 0")
@@ -87,6 +87,7 @@ def usable_inertial(
             Code.NRP384,
             f"the link '{link}' has no inertia or one of about 0: the inertia of {like} is used",
             subject=link,
+            alike="no inertia",
         )
         return repair_inertia(like_shape(of_shapes or _BALL, given))[0]
     inertial, wrong = repair_inertia(given)
@@ -97,6 +98,7 @@ def usable_inertial(
             Code.NRP384,
             f"the inertia of the link '{link}' is repaired to {now} kg m^2: {wrong}",
             subject=link,
+            alike="repaired inertia",
         )
     return inertial
 

@@ -51,6 +51,7 @@ def rate_of(sensor: Element, reading: Reading) -> float:
         Code.NRP384,
         f"the sensor '{name}' has no <update_rate>: {DEFAULT_RATE_HZ:g} Hz is used",
         subject=name,
+        alike="no rate",
     )
     return DEFAULT_RATE_HZ
 

@@ -7,7 +7,7 @@ element keeps its line, so that messages point into the URDF file. See http://wi
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from nrp_core.errors import did_you_mean
@@ -442,21 +442,16 @@ def _parent_frame(joint: Element) -> str:
     return MODEL if parent == WORLD else parent
 
 
-def _is_no_limit(value: Element, joint: Element, robot: _Robot) -> bool:
-    """Return whether a value is a limit of effort or velocity with which the joint could not move."""
-    if value.tag not in ("effort", "velocity"):
-        return False
-    (limit,) = value.parse_numbers(value.text, 1, finite=False)
-    if limit > 0:
-        return False
-    if joint.attribute("type") != "fixed":
-        name = joint.attribute("name")
-        message = (
-            f"the {value.tag} of the joint '{name}' is limited to {limit:g}, so that it could not move: "
-            "no limit"
-        )
-        robot.notes.warn(value, Code.NRP384, message, subject=value.tag)
-    return True
+def _without_no_limits(values: Sequence[Element], joint: Element, robot: _Robot) -> list[Element]:
+    """Return values without limits of effort or velocity with which the joint could not move."""
+    zero = [value for value in values if value.tag in ("effort", "velocity")
+            if value.parse_numbers(value.text, 1, finite=False)[0] <= 0]  # fmt: skip
+    if zero and joint.attribute("type") != "fixed":
+        name, (limit,) = joint.attribute("name"), zero[0].parse_numbers(zero[0].text, 1, finite=False)
+        what, verb = " and ".join(value.tag for value in zero), "is" if len(zero) == 1 else "are"
+        message = f"the {what} of the joint '{name}' {verb} limited to {limit:g}, so that it could not move"
+        robot.notes.warn(zero[0], Code.NRP384, f"{message}: no limit", subject=name, alike="no limit")
+    return [value for value in values if value not in zero]
 
 
 def _is_crossed(limit: Element, joint: Element, robot: _Robot) -> bool:
@@ -495,7 +490,7 @@ def _warn_without_limits(limit: Element, joint: Element, robot: _Robot) -> None:
     if missing and joint.attribute("type") != "fixed":
         name = joint.attribute("name")
         message = f"the <limit> of the joint '{name}' has no {' and no '.join(missing)}: not limited"
-        robot.notes.warn(limit, Code.NRP384, message, subject=name)
+        robot.notes.warn(limit, Code.NRP384, message, subject=name, alike="no limit")
 
 
 def _axis(joint: Element, robot: _Robot) -> Element:
@@ -513,11 +508,8 @@ def _axis(joint: Element, robot: _Robot) -> Element:
         parts.append(new("mimic", mimic, *from_attributes(mimic, "multiplier", "offset"), joint=leader))
     parts += joint.all(START)
     for child in joint.all("limit", "dynamics"):
-        values = [
-            value
-            for value in from_attributes(child, "lower", "upper", "effort", "velocity", "damping", "friction")
-            if not _is_no_limit(value, joint, robot)
-        ]
+        given = from_attributes(child, "lower", "upper", "effort", "velocity", "damping", "friction")
+        values = _without_no_limits(list(given), joint, robot)
         if child.tag == "limit" and _is_crossed(child, joint, robot):
             values = [value for value in values if value.tag not in ("lower", "upper")]
         elif child.tag == "limit" and not _is_endless(child, joint, robot):  # in URDF a missing limit is 0

@@ -54,6 +54,7 @@ def cloud_of(header: Header, depth: DepthArray, image: ImageArray, focal: float)
 
 _SLACK = 0.01
 """How much pixels may differ from squares without a warning."""
+_DEPTH_FORMATS = ("R_FLOAT32", "FLOAT32")
 _COLOR_FORMATS = ("", "R8G8B8", "RGB_INT8", "B8G8R8", "BGR_INT8")
 _MOST_PIXELS = 2**28
 """An image of more takes over 1 GB as depth, and several times that in a renderer."""
@@ -115,7 +116,7 @@ class Camera(Sensor):
     def read(cls, sensor: Element, mount: Mount, reading: Reading, fov: float | None = None) -> Camera:
         """Read a ``<sensor>`` with a ``<camera>``; ``fov`` (rad) replaces the field of view in the file."""
         camera = sensor.require("camera")
-        width, height = _size(sensor.attribute("name"), camera.section("image"), reading)
+        width, height = _size(sensor, camera.section("image"), reading)
         fov = _field_of(camera, width, height, reading) if fov is None else fov
         near, far = _clip(camera.section("clip"))
         if any(coefficient.text.strip("+-0. ") for coefficient in camera.section("distortion").all(*_BENT)):
@@ -221,17 +222,18 @@ def info_of(camera: Camera, header: Header, size: tuple[int, int]) -> CameraInfo
     return CameraInfo(header, height, width, d=np.zeros(5), k=k.ravel(), r=np.eye(3).ravel(), p=p.ravel())
 
 
-def _size(name: str, image: Element, reading: Reading) -> tuple[int, int]:
-    if image.word("format") not in _COLOR_FORMATS:
+def _size(sensor: Element, image: Element, reading: Reading) -> tuple[int, int]:
+    is_deep = "depth" in sensor.attribute("type") and image.word("format") in _DEPTH_FORMATS
+    if image.word("format") not in _COLOR_FORMATS and not is_deep:
         message = f"the image format '{image.word('format')}' is not simulated: images are R8G8B8"
         reading.notes.warn(image, Code.NRP262, message)
     width, height = image.positive("width", 320), image.positive("height", 240)
     if width != int(width) or height != int(height):
         raise image.error(f"an image must have a whole number of pixels, not {width:g} x {height:g}")
     if width * height > _MOST_PIXELS:
+        name, size = sensor.attribute("name"), f"{width:g} x {height:g}"
         raise image.error(
-            f"the image of camera '{name}' has {width:g} x {height:g} pixels; at most {_MOST_PIXELS:,} are "
-            "possible"
+            f"the image of camera '{name}' has {size} pixels; at most {_MOST_PIXELS:,} are possible"
         )
     return int(width), int(height)
 

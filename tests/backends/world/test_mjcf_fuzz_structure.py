@@ -33,7 +33,8 @@ def paired(ours: Any, theirs: Any) -> list[tuple[slice, slice, float]]:
     known = {}
     for number in range(ours.njnt):
         joint = ours.joint(number)
-        known[joint.name.partition("/")[2] or ours.body(joint.bodyid[0]).name.partition("/")[0]] = joint
+        body, _, name = joint.name.partition("/")
+        known[body if name.endswith("/free") else name] = joint
     pairs = []
     for number in range(theirs.njnt):
         joint, kind = theirs.joint(number), KINDS(theirs.jnt_type[number])

@@ -210,6 +210,11 @@ def test_muscles_with_another_passive_force_keep_it_and_need_mujoco(passive, tmp
         opened(scene, "pybullet")
 
 
+def test_an_engine_with_straight_muscles_does_not_report_their_tendons(tmp_path):
+    with opened(arm(tmp_path, text=PAIR), "pybullet") as world:
+        assert not [each for each in world.warnings if each.subject == "spatial"]
+
+
 def test_moment_arms_are_those_of_mujoco_with_the_sign_of_a_pull(tmp_path):
     model = arm(tmp_path, text=PAIR).models[0]
     alone = mujoco.MjModel.from_xml_string(PAIR)

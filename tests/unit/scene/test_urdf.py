@@ -464,9 +464,24 @@ def test_limits_of_effort_and_velocity_that_hold_a_joint_still_are_none(
     model = urdf(f'<link name="base">{MASS}</link><link name="arm">{MASS}</link>{joint("revolute", limit)}')
     (turning,) = model.joints
     assert (turning.effort, turning.velocity, turning.lower) == (inf, inf, -1.0)
-    said = [str(each) for each in model.warnings if f"is limited to {told}," in each.message]
-    assert len(said) == 2
-    assert f"the effort of the joint 'j' is limited to {told}" in said[0]
+    (said,) = (each.message for each in model.warnings if each.code is Code.NRP384)
+    assert f"the effort and velocity of the joint 'j' are limited to {told}," in said
+
+
+def test_a_file_has_one_finding_for_joints_without_limits_and_one_for_missing_meshes(
+    urdf: UrdfReader,
+) -> None:
+    mesh = '<visual><geometry><mesh filename="m{}.stl"/></geometry></visual>'
+    links = "".join(f'<link name="l{n}">{MASS}{mesh.format(n)}</link>' for n in range(6))
+    turns = "".join(
+        f'<joint name="j{n}" type="continuous"><parent link="l{n}"/><child link="l{n + 1}"/>'
+        f'<limit effort="{n % 2}" velocity="0"/></joint>'
+        for n in range(5)
+    )
+    missing, limits = sorted(urdf(links + turns).warnings, key=lambda each: each.code.name)
+    assert (missing.code, missing.count, limits.code, limits.count) == (Code.NRP258, 6, Code.NRP384, 5)
+    assert missing.message.endswith("(and 5 more: 'm1.stl', 'm2.stl', 'm3.stl', ...)")
+    assert limits.message.endswith("(and 4 more: 'j1', 'j2', 'j3', ...)")
 
 
 def test_a_link_without_mass_at_a_force_sensor_gets_a_little_because_it_moves_alone(urdf: UrdfReader) -> None:
