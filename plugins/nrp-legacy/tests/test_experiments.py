@@ -119,11 +119,11 @@ def test_the_first_time_that_a_function_sees_is_zero_and_an_inactive_one_sees_no
     assert not run.result().failures
 
 
-def test_functions_that_write_to_the_robot_run_before_those_that_read_it_unless_priorities_differ(
+def test_functions_that_read_the_robot_run_before_those_that_write_to_it_unless_priorities_differ(
     opened: Opened,
 ) -> None:
     names = [function.name for function in opened(EVERY[1]).loop.functions]
-    assert names == ["currents", "all_neurons_spike_monitor", "drive", "switched_off", "count_spikes"]
+    assert names == ["currents", "switched_off", "count_spikes", "all_neurons_spike_monitor", "drive"]
 
 
 def test_robots_stand_where_either_spelling_of_poses_puts_them(opened: Opened) -> None:

@@ -138,8 +138,8 @@ class ShimmedMaker(Maker, Participant[Run], ABC):
         """Return functions in the order of the platform, once all notes are taken."""
         functions = list(loaded)
         collector.findings += self._all_notes()
-        # of equal priority, those to the robot ran before those to the brain
-        return sorted(functions, key=lambda function: function.flow is Flow.ROBOT_TO_NEURON)
+        # of equal priority, those to the brain ran before those to the robot
+        return sorted(functions, key=lambda function: function.flow is not Flow.ROBOT_TO_NEURON)
 
     def _all_notes(self) -> Iterator[Finding]:
         """Yield each note once, then the files that are missing at their path."""

@@ -132,7 +132,7 @@ class Functions:
         if not any(len(self._flows(one.defines)) > 1 for one in pieces.values()):
             return ""
         lines = [
-            f"{one.name}.priority = {2 * one.priority + (one.flow is not Flow.ROBOT_TO_NEURON)}"
+            f"{one.name}.priority = {2 * one.priority + (one.flow is Flow.ROBOT_TO_NEURON)}"
             for one in self._functions if one.name in piece.defines
         ]  # fmt: skip
         return "\n" + "\n".join(lines) + "\n"
