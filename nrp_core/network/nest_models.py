@@ -37,7 +37,7 @@ class CellModel:
         cell_type: PyNN's cell type.
         parameters: parameters by PyNN name; omitted ones have PyNN's name and default.
         weight_scale: the factor from the file's unit to PyNN's.
-        rests: whether the membrane starts at rest, as in NEST, instead of at PyNN's default.
+        leaks: whether a leak may take the place of its membrane time constant.
         initial: state variables that the file may set, by PyNN name.
         fixed: parameters of the file that must have one value, since the cell has no such parameter.
     """
@@ -45,7 +45,7 @@ class CellModel:
     cell_type: str
     parameters: Mapping[str, NestParameter]
     weight_scale: float = 1.0
-    rests: bool = False
+    leaks: bool = False
     initial: Mapping[str, NestParameter] = field(default_factory=dict)
     fixed: Mapping[str, float] = field(default_factory=dict)
 
@@ -104,14 +104,21 @@ _IZHIKEVICH = CellModel(
 LEAK_NS = {"iaf_cond_exp": 16.6667, "iaf_cond_alpha": 16.6667, "aeif_cond_exp": 30.0, "aeif_cond_alpha": 30.0}
 """Default leak conductance of models that have one instead of a membrane time constant."""
 
+
+def _leaky(cell_type: str, parameters: Mapping[str, NestParameter], weight_scale: float = _KILO) -> CellModel:
+    """Return a model whose membrane starts at the default E_L, as in NEST, whatever its own E_L is."""
+    initial = {"v": NestParameter("V_m", 1.0, parameters["v_rest"].default)}
+    return CellModel(cell_type, parameters, weight_scale, leaks=True, initial=initial)
+
+
 NEST_CELLS: Mapping[str, CellModel] = {
-    "iaf_psc_exp": CellModel("IF_curr_exp", {**_lif(), **_synapses(2.0, 2.0)}, _KILO, rests=True),
-    "iaf_psc_alpha": CellModel("IF_curr_alpha", {**_lif(), **_synapses(2.0, 2.0)}, _KILO, rests=True),
-    "iaf_psc_delta": CellModel("IF_curr_delta", _lif(), rests=True),
-    "iaf_cond_exp": CellModel("IF_cond_exp", _CONDUCTANCE, _KILO, rests=True),
-    "iaf_cond_alpha": CellModel("IF_cond_alpha", _CONDUCTANCE, _KILO, rests=True),
-    "aeif_cond_exp": CellModel("EIF_cond_exp_isfa_ista", _ADAPTIVE, _KILO, rests=True),
-    "aeif_cond_alpha": CellModel("EIF_cond_alpha_isfa_ista", _ADAPTIVE, _KILO, rests=True),
+    "iaf_psc_exp": _leaky("IF_curr_exp", {**_lif(), **_synapses(2.0, 2.0)}),
+    "iaf_psc_alpha": _leaky("IF_curr_alpha", {**_lif(), **_synapses(2.0, 2.0)}),
+    "iaf_psc_delta": _leaky("IF_curr_delta", _lif(), 1.0),
+    "iaf_cond_exp": _leaky("IF_cond_exp", _CONDUCTANCE),
+    "iaf_cond_alpha": _leaky("IF_cond_alpha", _CONDUCTANCE),
+    "aeif_cond_exp": _leaky("EIF_cond_exp_isfa_ista", _ADAPTIVE),
+    "aeif_cond_alpha": _leaky("EIF_cond_alpha_isfa_ista", _ADAPTIVE),
     "izhikevich": _IZHIKEVICH,
 }
 """NEST's cells by their NEST names."""

@@ -413,6 +413,22 @@ edge_type_id model_template syn_weight delay mu_plus
         read_sonata(circuit)
 
 
+@pytest.mark.parametrize(("given", "v_mv"), [({}, -70.0), ({"V_m": -66.0}, -66.0)])
+def test_cells_begin_at_nests_voltage_whatever_their_resting_potential(
+    circuit: Path, given: dict[str, float], v_mv: float
+) -> None:
+    rows = (circuit.parent / "all_types.csv").read_text()
+    _types(
+        circuit.parent,
+        "all_types.csv",
+        rows.replace("nest:iaf_cond_exp NULL", "nest:iaf_cond_exp cond.json"),
+    )
+    _types(circuit.parent, "models/cond.json", json.dumps({"E_L": -78.0, **given}))
+    cells = read_sonata(circuit).populations["v1/IF_cond_exp"]
+    assert cells.parameters["v_rest"].tolist() == [-78.0] * cells.size
+    assert cells.initial_values["v"].tolist() == [v_mv] * cells.size
+
+
 def test_izhikevich_cells_have_nests_defaults_and_initial_state(circuit: Path, golden: Golden) -> None:
     rows = (circuit.parent / "all_types.csv").read_text()
     _types(

@@ -181,7 +181,7 @@ def _models(items: SonataItems) -> Iterator[tuple[CellModel, IntArray]]:
             model = _POISSON if random else _ARRAY
         else:
             model = model_of(f"node type {number} of '{items.name}'", kind, templates[number])
-        chosen.setdefault(f"{model.cell_type} {model.rests}", (model, []))[1].append(number)
+        chosen.setdefault(f"{model.cell_type} {model.leaks}", (model, []))[1].append(number)
     for model, numbers in chosen.values():
         yield model, np.flatnonzero(np.isin(items.type_ids, numbers))
 
@@ -194,8 +194,6 @@ def _population(
         name: _values(name, model, items, chosen, known.default) for name, known in cell.parameters.items()
     }
     initial = {name: np.full(len(chosen), known.default) for name, known in cell.state.items()}
-    if model.rests:
-        initial["v"] = parameters["v_rest"].copy()
     for name, source in model.initial.items():
         initial[name] = _given(source, items, chosen)
     for name, only in model.fixed.items():
@@ -212,7 +210,7 @@ def _population(
 
 def _values(name: str, model: CellModel, items: SonataItems, chosen: IntArray, default: float) -> FloatArray:
     source = model.parameters.get(name, NestParameter(name, 1.0, default))
-    if source.name == "tau_m" and model.rests:
+    if source.name == "tau_m" and model.leaks:
         leak = items.numbers("g_L")[chosen]
         leaky = _leak_ns(items, chosen)
         if leaky is not None:  # C_m / g_L is in pF / nS, which is ms
