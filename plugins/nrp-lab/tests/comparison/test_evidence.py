@@ -94,12 +94,21 @@ D, E, U = Relation.DIFFERENT, Relation.EQUIVALENT, Relation.OPEN
         ({"rewire: degree_preserving": E, "shuffle: weights": E, "decoder alone": D}, Doing.BRAIN),
         ({"rewire: degree_preserving": U, "decoder alone": D}, Doing.OPEN),
         ({"silence: MN9": D, "decoder alone": D}, Doing.OPEN),
-        ({"rewire: degree_preserving": D}, Doing.WIRING),
+        ({"rewire: degree_preserving": D}, Doing.OPEN),
         ({}, Doing.OPEN),
     ],
 )
 def test_the_verdict_follows_from_the_controls(controls: dict[str, Relation], doing: Doing) -> None:
-    assert doing_of(controls) is doing
+    assert doing_of([controls]) is doing
+
+
+def test_one_part_must_need_the_wiring_and_more_than_the_decoder() -> None:
+    kept, shaped, slower = {"rewire": D, "decoder alone": E}, {"rewire": D, "decoder alone": D}, {
+        "rewire": E, "decoder alone": D,
+    }  # fmt: skip
+    assert doing_of([kept, slower]) is Doing.BRAIN
+    assert doing_of([kept, shaped, slower]) is Doing.WIRING
+    assert doing_of([kept, {"rewire": D, "decoder alone": U}]) is Doing.OPEN
 
 
 @pytest.mark.heavy

@@ -6,7 +6,7 @@ variant and the settings that make it; every one is judged by the statistics of 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
@@ -114,18 +114,27 @@ class Doing(StrEnum):
     OPEN = "Whose doing the behaviour is, is not decided by {n} runs"
 
 
-def doing_of(controls: Mapping[str, Relation]) -> Doing:
-    """Return whose doing a behaviour is, by the relation of each control to the original.
+def doing_of(parts: Iterable[Mapping[str, Relation]]) -> Doing:
+    """Return whose doing a behaviour is.
 
-    A simulator that changes it comes first, because then no other answer holds in general; the decoder
-    second, because a behaviour that survives without a brain does not need its wiring.
+    A simulator that changes it comes first, because then no other answer holds in general. It needs the
+    wiring if one and the same part of it is changed by a random network and by the decoder alone.
+
+    Args:
+        parts: for each part of the finding, the relation of each control to the original.
     """
+    found = {_doing_of_part(part) for part in parts}
+    order = (Doing.SIMULATOR, Doing.WIRING, Doing.OPEN, Doing.BRAIN, Doing.DECODER)
+    return next((doing for doing in order if doing in found), Doing.OPEN)
+
+
+def _doing_of_part(controls: Mapping[str, Relation]) -> Doing:
     found = {kind: [r for name, r in controls.items() if kind_of(name) is kind] for kind in Kind}
     if Relation.DIFFERENT in found[Kind.SIMULATOR]:
         return Doing.SIMULATOR
     if Relation.EQUIVALENT in found[Kind.DECODER]:
         return Doing.DECODER
-    if Relation.OPEN in found[Kind.DECODER] or not found[Kind.WIRING]:
+    if Relation.DIFFERENT not in found[Kind.DECODER] or not found[Kind.WIRING]:
         return Doing.OPEN
     if Relation.DIFFERENT in found[Kind.WIRING]:
         return Doing.WIRING
@@ -147,7 +156,8 @@ class Evidence:
     @property
     def doing(self) -> Doing:
         """Whose doing the finding is."""
-        return doing_of(self.diff.controls)
+        parts = [part for judged in self.diff.finding for part in judged.parts]
+        return doing_of({one.other: one.relation(part.margin) for one in part.contrasts} for part in parts)
 
     @property
     def sentence(self) -> str:
