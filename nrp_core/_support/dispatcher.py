@@ -12,7 +12,7 @@ It contains Numba's own functions that count references, so these are not compil
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, nullcontext, suppress
 from functools import cache
 from typing import Any
 
@@ -34,6 +34,11 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         _name_memory_functions()
         with self._guard_against_spurious_io_errors():
             return self._load_overload(sig, target_context)
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep the code for types of arguments; code that Numba cannot write is used nevertheless."""
+        with suppress(RuntimeError):
+            super().save_overload(sig, data)
 
 
 @cache

@@ -51,6 +51,15 @@ def test_a_borrowed_array_is_the_same_memory() -> None:
     assert array.tolist() == [7.0, 1.0, 1.0]
 
 
+@pytest.mark.skipif(not jit.COMPILED, reason="nothing is compiled")
+def test_code_that_cannot_be_kept_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise RuntimeError("no compiled object yet")
+
+    monkeypatch.setattr("numba.core.caching.FunctionCache.save_overload", refuse)
+    assert jit.jit(lambda x: x + 1)(2) == 3
+
+
 @pytest.mark.parametrize("folder", ["package", "package/within"])
 def test_code_compiled_from_other_sources_is_kept_apart(folder: str, tmp_path: Path) -> None:
     def directory() -> Path:
