@@ -36,7 +36,7 @@ def inspect_network(file: Path, image: Path | None, *, as_json: bool) -> None:
     network = read_network(file)
     found = describe(network)
     if image is not None:
-        draw_map(network, image)
+        _draw_map(network, image)
     if as_json:
         document({"file": file, "image": image, **found})
         return
@@ -89,7 +89,7 @@ def paths(network: Network, groups: list[str]) -> dict[str, dict[str, int]]:
     return found
 
 
-def draw_map(network: Network, path: Path) -> None:
+def _draw_map(network: Network, path: Path) -> None:
     """Draw the cells at their positions, or without positions the numbers of synapses between groups."""
     from matplotlib.figure import Figure
 
