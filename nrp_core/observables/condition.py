@@ -67,8 +67,9 @@ class Condition:
         """Return how far a value is outside of the range; negative: how far inside."""
         if self.equals is not None and value != self.equals:
             return inf
-        under = -inf if self.above is None else self.above - value
-        return under if self.below is None else max(under, value - self.below)
+        gaps = [] if self.above is None else [self.above - value]
+        gaps += [] if self.below is None else [value - self.below]
+        return max(gaps, default=-inf)
 
     def holds(self, value: Any) -> bool:
         """Whether a value is in the range; None is not."""
