@@ -303,6 +303,8 @@ class Joint:
     mimic: Mimic | None = None
     preserved: bool = field(default=False, metadata=LATER)
 
+    __setstate__ = set_fields
+
     @property
     def coordinates(self) -> tuple[str, ...]:
         """Names of its coordinates: three of the rotation vector (rad) for a ball joint, else one.
