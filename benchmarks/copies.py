@@ -37,7 +37,7 @@ from nrp_lab.gym.side_by_side import SideBySide
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.experiment import Run, load_experiment
 
-EXPERIMENTS = ("braitenberg_husky/nrp_gains", "slalom_pioneer")
+EXPERIMENTS = ("braitenberg_husky", "slalom_pioneer")
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 

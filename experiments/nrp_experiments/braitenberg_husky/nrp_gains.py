@@ -2,7 +2,6 @@
 
 import geometry_msgs.msg
 import hbp_nrp_client.tf_framework as nrp
-import numpy as np
 import sensor_msgs.msg
 
 
@@ -10,7 +9,7 @@ import sensor_msgs.msg
 @nrp.MapSpikeSource("red_left_eye", nrp.brain.sensors[slice(0, 3, 2)], nrp.poisson)
 @nrp.MapSpikeSource("red_right_eye", nrp.brain.sensors[slice(1, 4, 2)], nrp.poisson)
 @nrp.MapSpikeSource("green_blue_eye", nrp.brain.sensors[4], nrp.poisson)
-@nrp.Robot2Neuron(triggers=["camera"], vectorized=True)
+@nrp.Robot2Neuron()
 def eye_sensor_transmit(t, camera, red_left_eye, red_right_eye, green_blue_eye):
     image_results = nrp.tf_lib.detect_red(camera.value)
     red_left_eye.rate = 2000.0 * image_results.left
@@ -20,9 +19,9 @@ def eye_sensor_transmit(t, camera, red_left_eye, red_right_eye, green_blue_eye):
 
 @nrp.MapSpikeSink("left_wheel_neuron", nrp.brain.actors[1], nrp.leaky_integrator_alpha)
 @nrp.MapSpikeSink("right_wheel_neuron", nrp.brain.actors[2], nrp.leaky_integrator_alpha)
-@nrp.Neuron2Robot(Topic("/husky/cmd_vel", geometry_msgs.msg.Twist), vectorized=True)
+@nrp.Neuron2Robot(Topic("/husky/cmd_vel", geometry_msgs.msg.Twist))
 def linear_twist(t, left_wheel_neuron, right_wheel_neuron):
     left, right = left_wheel_neuron.voltage, right_wheel_neuron.voltage
-    linear = geometry_msgs.msg.Vector3(20.0 * np.minimum(left, right))
-    angular = geometry_msgs.msg.Vector3(0.0, 0.0, 100.0 * (right - left))
+    linear = geometry_msgs.msg.Vector3(20.0 * min(left, right), 0, 0)
+    angular = geometry_msgs.msg.Vector3(0, 0, 100.0 * (right - left))
     return geometry_msgs.msg.Twist(linear=linear, angular=angular)

@@ -47,7 +47,6 @@ def alone(name, overrides, seed):
         ("braitenberg_husky", [SMALL]),
         ("braitenberg_husky", [SMALL, "world.backend=pybullet"]),
         ("braitenberg_husky", [SMALL, "brain.options.resolution=0.1 ms"]),
-        ("braitenberg_husky/nrp_gains", [SMALL]),
         ("slalom_pioneer/trained", []),
         ("slalom_pioneer", ["brain.options.resolution=1 ms"]),
         ("following_head", [SMALL]),
@@ -130,7 +129,7 @@ def test_an_error_of_one_copy_is_that_of_its_run_alone(tmp_path):
         run.close()
 
 
-@pytest.mark.parametrize("name", ["braitenberg_husky/nrp_gains", "slalom_pioneer"])
+@pytest.mark.parametrize("name", ["braitenberg_husky", "slalom_pioneer"])
 def test_copies_at_different_times_equal_their_runs_alone(name):
     runs = opened(name, [SMALL] if "husky" in name else [])
     with SideBySide() as together:
