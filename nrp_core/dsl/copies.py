@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import fields, is_dataclass
 from functools import wraps
+from inspect import signature
 from typing import Any, Final, TypeVar, cast
 
 import numpy as np
@@ -48,16 +49,27 @@ class Copies:
     def __call__(self, *values: Any, **named: Any) -> Any:
         n = len(self._each)
         rows = list(zip(*(rows_of(value, n) for value in values), strict=True)) or [()] * n
-        options = [{name: rows_of(value, n)[i] for name, value in named.items()} for i in range(n)]
-        return gathered([one(*row, **own) for one, row, own in zip(self._each, rows, options, strict=True)])
+        options = list(zip(*(rows_of(value, n) for value in named.values()), strict=True)) or [()] * n
+        calls = zip(self._each, rows, options, strict=True)
+        return gathered([one(*row, **dict(zip(named, own, strict=True))) for one, row, own in calls])
+
+    def __bool__(self) -> bool:
+        raise TypeError(f"{self!r} are not one truth value; iterate over them")
+
+    def __eq__(self, other: object) -> bool:
+        raise TypeError(f"{self!r} are not equal or different as a whole; iterate over them")
+
+    __hash__ = None  # type: ignore[assignment]  # as of any other object that defines __eq__
 
     def __repr__(self) -> str:
         return f"<{len(self._each)} copies of {self._each[0]!r:.60}>"
 
 
 def gathered(each: list[Any]) -> Any:
-    """Return a value of each copy as one array that cannot be written, or as :class:`Copies`."""
+    """Return a value of each copy as one read-only array or as :class:`Copies`; None if each is None."""
     kinds = {*map(type, each)}
+    if kinds == {type(None)}:
+        return None
     if kinds == {np.ndarray}:
         are_alike = len({one.shape for one in each}) == 1
     elif kinds == {list}:
@@ -89,19 +101,22 @@ def rows_of(value: Any, n: int) -> Sequence[Any]:
         return list(value)
     if is_dataclass(value) and not isinstance(value, type):
         parts = [getattr(value, field.name) for field in fields(value)]
-        if any(isinstance(part, np.ndarray) or is_dataclass(part) for part in parts):
+        if any(isinstance(part, (np.ndarray, Copies)) or is_dataclass(part) for part in parts):
             kind: Any = type(value)
             return [kind(*row) for row in zip(*(rows_of(part, n) for part in parts), strict=True)]
     return [value] * n
 
 
 def for_copies(function: F) -> F:
-    """Let a function that takes an object of one copy first take :class:`Copies` as well."""
+    """Let a function take :class:`Copies` for its first parameter as well."""
+    first = next(iter(signature(function).parameters))
 
     @wraps(function)
-    def call(first: Any, *others: Any, **named: Any) -> Any:
-        if isinstance(first, Copies):
-            return gathered([function(one, *others, **named) for one in first])
-        return function(first, *others, **named)
+    def call(*values: Any, **named: Any) -> Any:
+        given = values[0] if values else named.get(first)
+        if not isinstance(given, Copies):
+            return function(*values, **named)
+        named.pop(first, None)
+        return gathered([function(one, *values[1:], **named) for one in given])
 
     return cast("F", call)

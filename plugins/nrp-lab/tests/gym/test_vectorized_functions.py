@@ -13,9 +13,10 @@ from nrp_lab.gym.side_by_side import SideBySide
 import nrp_core.dsl as nrp
 from nrp_core.cle import ClosedLoop
 from nrp_core.clock import NS_PER_MS
+from nrp_core.dsl.copies import gathered, rows_of
 from nrp_core.dsl.testing import MockBrain, MockWorld
-from nrp_core.messages.geometry_msgs import Twist, Vector3
-from nrp_core.messages.std_msgs import Float64
+from nrp_core.messages.geometry_msgs import Twist, Vector3, WrenchStamped
+from nrp_core.messages.std_msgs import Float64, Header
 
 STEP_NS = 20 * NS_PER_MS
 NUMBERS = st.floats(-1e6, 1e6)
@@ -82,9 +83,10 @@ def test_copies_compute_what_runs_alone_compute(inputs, data):
 def made_of(body, **options):
     @nrp.MapVariable("own", initial_value=0.0)
     @nrp.MapVariable("memory", initial_value=np.zeros(2))
+    @nrp.MapVariable("word", initial_value="go")
     @nrp.Neuron2Robot(nrp.Topic("/also", Float64), vectorized=True, **options)
-    def function(t, own, memory):
-        return body(SimpleNamespace(t=t, own=own, memory=memory))
+    def function(t, own, memory, word):
+        return body(SimpleNamespace(t=t, own=own, memory=memory, word=word))
 
     return function
 
@@ -113,9 +115,38 @@ def test_a_value_that_a_topic_cannot_carry_fails_its_copy_alone():
         (lambda own: own.memory.value.__iadd__(1.0), "ValueError"),  # would be lost
         (lambda own: setattr(own.own, "value", np.zeros(2)), "ValueError"),
         (lambda own: own.own.valeu, "AttributeError"),
+        (lambda own: 1.0 if own.word.value == "go" else 2.0, "TypeError"),
+        (lambda own: 1.0 if own.word.value else 2.0, "TypeError"),
     ],
 )
 def test_an_error_in_a_function_is_one_of_all_copies(body, kind):
     failed, sent = stepped(body)
     assert [kind in str(failed[number]) for number in range(3)] == [True] * 3
     assert sent == [0, 0, 0]
+
+
+def test_a_function_that_one_copy_has_changed_is_called_for_that_copy():
+    @nrp.Neuron2Robot(nrp.Topic("/also", Float64), vectorized=True)
+    def function(t):
+        return Float64(t * 0.0 - 7.0)
+
+    copies = [*(Copy(made_of(lambda own: own.own.value + 1.0)) for _ in range(2)), Copy(function)]
+    with SideBySide() as together:
+        assert together.step([copy.loop for copy in copies]) == {}
+    assert [copy.published[0][2] for copy in copies] == [repr(Float64(x)) for x in (1.0, 1.0, -7.0)]
+
+
+@given(st.integers(1, 70), st.integers(1, 12), st.integers(1, 5), st.integers(0, 2**32 - 1))
+def test_the_documented_product_has_the_same_bits_for_any_number_of_copies(n, n_inputs, n_outputs, seed):
+    generator = np.random.default_rng(seed)
+    x, weights = generator.normal(size=(n, n_inputs)), generator.normal(size=(n_outputs, n_inputs))
+    together = (x[:, None, :] * weights).sum(-1)
+    alone = [(row[None, None, :] * weights).sum(-1)[0] for row in x]
+    assert np.array_equal(together, alone)
+
+
+def test_none_in_all_copies_is_none_and_parts_of_messages_are_given_to_their_copies():
+    assert gathered([None, None]) is None
+    headers = gathered([Header(frame_id="one"), Header(frame_id="two")])
+    stamped = rows_of(WrenchStamped(header=headers), 2)
+    assert [each.header.frame_id for each in stamped] == ["one", "two"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -116,8 +117,8 @@ def _continuations(
 
     These are removed from those that wait.
     """
-    name = next(iter(waiting.values()))[1][0].name
-    numbers = [number for number, (_, call) in waiting.items() if call[0].name == name]
+    kind = _kind(next(iter(waiting.values())))
+    numbers = [number for number, waits in waiting.items() if _kind(waits) == kind]
     endings, calls = zip(*map(waiting.pop, numbers), strict=True)
     steps: list[Callable[[], Any]]
     began = time.perf_counter_ns()
@@ -129,3 +130,9 @@ def _continuations(
         steps = [partial(ending.throw, error) for ending in endings]
     parts = (partial(_waits, ending, step) for ending, step in zip(endings, steps, strict=True))
     return dict(zip(numbers, parts, strict=True))
+
+
+def _kind(waits: Waiting) -> tuple[str, Any]:
+    """Return the name and the code of the function that is called; one copy may have other code."""
+    function = waits[1][0]
+    return function.name, inspect.unwrap(function.function).__code__
