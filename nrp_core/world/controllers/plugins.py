@@ -167,9 +167,8 @@ def read_system(plugin: Element, model: ModelParts, reading: Reading) -> Actuato
     limits = plugin.find(RANGE)
     lower, upper = limits.numbers(2, finite=False) if limits else (-inf, inf)
     topic = resolve_name(name, reading.robot)
-    controller = JointController(
-        joint, kind, topic, gains, start, range=(lower, upper), beyond=limits is not None
-    )
+    beyond = kind == "position" and limits is not None
+    controller = JointController(joint, kind, topic, gains, start, range=(lower, upper), beyond=beyond)
     return Actuators(controllers=(controller,))
 
 

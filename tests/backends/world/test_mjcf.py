@@ -72,7 +72,7 @@ def test_bodies_are_models_links_and_joints(lab):
     assert (shoulder.effort, elbow.effort, reach.effort) == (6, np.inf, 50)
     assert arm.controllers == (
         JointController("shoulder", "effort", "/arm/shoulder/cmd_effort", Pid(), range=(-6.0, 6.0)),
-        JointController("reach", "position", "/arm/reach/cmd_pos", Pid(200, 0, 20, 1), 0.0),
+        JointController("reach", "position", "/arm/reach/cmd_pos", Pid(200, 0, 20, 1), 0.0, beyond=True),
         JointController("elbow", "velocity", "/arm/elbow/cmd_vel", Pid(5), 0.0),
     )
 
