@@ -103,7 +103,7 @@ def spring(place: Path, lines: list[list[str]]) -> list[tuple[int, list[str]]]:
 def test_the_table_has_every_command_and_no_other() -> None:
     names = set(commands(get_command(build_app())))
     documented = {name.split(" DIR")[0].removesuffix(" show") for name in table()}
-    assert documented - names <= {"cockpit", "design", "share", "ros-bridge"}, "of plugins"
+    assert documented - names <= {"cockpit", "demo", "design", "share", "ros-bridge"}, "of plugins"
     assert names - documented == set()
 
 
