@@ -65,7 +65,7 @@ def write_wheels(lines: Iterable[str], folder: Path) -> None:
     for name in (line.partition("==")[0] for line in lines if line.startswith("nrp-")):
         origin = json.loads(distribution(name).read_text("direct_url.json") or "{}")
         if origin.get("dir_info", {}).get("editable"):
-            command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
+            command = [sys.executable, "-P", "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
             source = url2pathname(urlparse(origin["url"]).path)
             subprocess.run(command, cwd=source, check=False, capture_output=True)
         else:
