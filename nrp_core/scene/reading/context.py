@@ -375,8 +375,7 @@ def _joined(findings: Sequence[Finding]) -> Finding:
     if not others:
         return replace(first, count=len(findings))
     names = ", ".join(f"'{name}'" for name in others[:_NAMED]) + (", ..." if len(others) > _NAMED else "")
-    message = f"{first.message} (and {len(others)} more: {names})"
-    return replace(first, message=message, count=len(findings))
+    return replace(first, message=f"{first.message}; also {names}", count=len(findings))
 
 
 @dataclass(frozen=True, slots=True)

@@ -395,8 +395,8 @@ def test_the_available_names_are_printed(
     coach.print_experiment_runs_files("p3dx_2018", "csv")
     expected = """p3dx_2018: paused
 grab_laser
-drive
 csv_spike_monitor
+drive
 spikes.csv
 run 0: spikes.csv
 """

@@ -22,7 +22,8 @@ def test_an_arm_reaches_the_commanded_joint_positions(played: Callable[..., Run]
     last = {name: float(position) for name, _, position in rows(run, "record_joints", "recorder")}
     assert last == {"arm_1_joint": pytest.approx(0.5, abs=0.03), "arm_2_joint": pytest.approx(-0.4, abs=0.03)}
     told = "\n".join(map(str, run.result().problems))
-    assert "the mesh 'model://arm_robot/meshes/arm_1.stl' is not there" in told
+    assert "the mesh 'model://arm_robot/meshes/arm_1.dae' is not there" in told
+    assert "; also 'model://arm_robot/meshes/arm_1.stl' (and 1 more) [" in told
     assert "room 'nowhere/biology_base.sdf' not found: a plain floor is used" in told
 
 
@@ -77,7 +78,7 @@ def test_every_idiom_of_transfer_functions_runs(played: Callable[..., Run]) -> N
     result = run.result()
     assert not result.failures
     assert [function.name for function in run.loop.functions] == [
-        "sinks", "voltages", "rates", "other_robot", "tabs", "sources", "rostopics", "triggered",
+        "sources", "rostopics", "triggered", "sinks", "voltages", "rates", "other_robot", "tabs",
     ]  # fmt: skip
     time, text, rate = rows(run, "other_robot", "rows")[-1]
     assert (float(time), text) == (pytest.approx(0.38), "3")
