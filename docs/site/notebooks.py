@@ -43,7 +43,7 @@ def _show(path: Path) -> None:
     page = PurePosixPath("notebooks", f"{path.stem}.md")
     links = " · ".join([f"[Download this notebook]({path.name}){{ download }}", *_online(name, REPOSITORY)])
     write_page(page, "\n\n".join([title, links, *rest]))
-    nbformat.write(notebook, PAGES / "notebooks" / path.name)  # to be downloaded, with its outputs
+    nbformat.write(notebook, PAGES / "notebooks" / path.name)  # for download, with its outputs
 
 
 def _online(name: PurePosixPath, repository: str) -> list[str]:

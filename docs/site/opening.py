@@ -38,7 +38,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         films = [list(_film(name, Path(folder, str(place)))) for place, name in enumerate(FLIES)]
     pages = [_page(pair) for pair in zip(*films, strict=True)]
-    still = pages[-1:] * int(FRAMES_PER_S)  # the end stays for a second
+    still = pages[-1:] * int(FRAMES_PER_S)  # the last image stays for a second
     pages[0].save(
         PICTURE, save_all=True, append_images=[*pages[1:], *still], duration=round(1000 / FRAMES_PER_S),
         loop=0, quality=60, method=6,

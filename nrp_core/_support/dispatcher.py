@@ -36,7 +36,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
             return self._load_overload(sig, target_context)
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep the code for types of arguments; code that Numba cannot write is used nevertheless."""
+        """Cache the code for types of arguments; code that Numba cannot write to disk is used uncached."""
         with suppress(RuntimeError):
             super().save_overload(sig, data)
 

@@ -71,10 +71,10 @@ def replace_file(path: Path, content: str | bytes) -> None:
 
 
 def lock(file: Any, *, shared: bool = False) -> None:
-    """Lock an open file, or a descriptor, until it is closed; without locks, as on Windows, do nothing.
+    """Lock an open file or descriptor until it is closed. Without locks, as on Windows, do nothing.
 
     Raises:
-        OSError: another process has locked it, or the file system has no locks.
+        OSError: another process has locked it, or the file system does not support locks.
     """
     try:
         import fcntl

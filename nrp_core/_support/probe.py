@@ -129,7 +129,7 @@ def _run_command(command: list[str], timeout_s: float, is_forked: bool) -> Child
 
 
 def _end_group(child: subprocess.Popen[str]) -> None:
-    """End a child with the processes that it started; on Windows, itself."""
+    """End a child and the processes that it started; on Windows, only the child."""
     if not hasattr(os, "killpg"):
         child.kill()
         return

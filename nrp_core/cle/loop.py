@@ -416,8 +416,8 @@ class ClosedLoop(Closing):
         """Run the functions and hooks after a step.
 
         Args:
-            together: whether to yield each call of a vectorised function, with its time in s, for the caller
-                to make it, and to send its result and the time it took, ns. Otherwise nothing is yielded.
+            together: whether to yield each call of a vectorised function, with its time in s. The caller
+                makes it, and sends its result and the time it took, ns. Otherwise nothing is yielded.
 
         Raises:
             TransferFunctionRaisedError: a function failed; see :meth:`run_until`.

@@ -66,7 +66,7 @@ def describe(network: Network) -> dict[str, Any]:
 
 
 def paths(network: Network, groups: list[str]) -> dict[str, dict[str, int]]:
-    """Return the smallest number of synapses from each group to each other one that it reaches."""
+    """Return the smallest number of synapses from each group to every group that it reaches."""
     from scipy.sparse import csr_array
 
     n = network.size
@@ -125,7 +125,7 @@ def _counts_between(network: Network, groups: list[str]) -> np.ndarray:
 
 
 def _telling(network: Network, most: int = _MAX_GROUPS) -> list[str]:
-    """Return the largest groups that are not most of the cells."""
+    """Return the largest groups, without those that contain most of the cells."""
     small = [name for name, ids in network.views.items() if len(ids) <= network.size / 2]
     return sorted(small, key=lambda name: -len(network.views[name]))[:most]
 
@@ -141,7 +141,7 @@ def _degrees(network: Network, end: str) -> IntArray:
 
 
 def _sources(network: Network, excite: bool) -> IntArray:
-    """Return the numbers of synapses of each cell that excite, or that inhibit."""
+    """Return the number of excitatory or of inhibitory synapses of each cell."""
     counts = np.zeros(network.size, np.int64)
     for one in network.projections:
         if one.is_excitatory is excite and not one.is_electrical and one.neuromodulation is None:

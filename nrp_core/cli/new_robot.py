@@ -1,4 +1,4 @@
-"""The parts of an experiment with a robot of one's own: wheels or joints, and the height above the ground."""
+"""The parts of an experiment with the user's robot: wheels or joints, and the height above the ground."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Driven:
         name: its name.
         side: ``left`` or ``right``: the population that drives it.
         centre: the command at rest, rad or m.
-        gain: what a spike a second adds to the command.
+        gain: the change of the command per spike a second.
     """
 
     name: str
@@ -47,7 +47,7 @@ def robot_values(file: Path) -> Mapping[str, Any]:
     """Return the variables of the templates for a robot.
 
     Raises:
-        ExperimentError: the file has no robot that moves, or one without joints to command.
+        ExperimentError: the file has no moving robot, or its robot has no joints to command.
     """
     read = partial(read_scene, file, lenient=True)
     scene, _ = read_without(lambda without: read(without=without))
@@ -73,7 +73,7 @@ def robot_values(file: Path) -> Mapping[str, Any]:
 
 
 def _is_wheel(joint: Joint) -> bool:
-    """Return whether a joint turns without end about an axis to the side."""
+    """Return whether a joint turns without limits about a lateral axis."""
     endless = joint.kind == "continuous" or (joint.kind == "revolute" and not isfinite(joint.upper))
     return endless and abs(_axis(joint)[1]) > _LEVEL
 

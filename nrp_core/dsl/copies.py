@@ -16,11 +16,11 @@ _NUMBERS: Final = (bool, int, float, np.number, np.bool_)
 
 
 class Copies:
-    """An object of each copy.
+    """One object for each copy.
 
     An attribute of numbers or arrays is one array, whose first axis is that of the copies; any other
     attribute is a :class:`Copies` again. A value that is set, or passed to a method, is an array with a row
-    for each copy, a message of such arrays, or anything else, which is the same for all copies.
+    for each copy, a message of such arrays, or any other value, which all copies share.
 
     Args:
         each: the object of each copy; an iteration gives them.

@@ -91,8 +91,8 @@ _QUARTERS: Final = (0.25, 0.5, 0.75)
 def with_matched_cells_silenced(network: Network, cells: str, seeds: Seeds) -> Network:
     """Return the network with as many other cells silenced as a population or group has.
 
-    Each is drawn from the same population and quarter of the numbers of outgoing synapses, as far as that
-    has enough other cells.
+    Each is drawn from the same population and quarter of the numbers of outgoing synapses, if it has
+    enough other cells.
 
     Raises:
         NetworkError: no other cell has outgoing synapses.

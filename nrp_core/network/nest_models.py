@@ -38,7 +38,7 @@ class CellModel:
         parameters: parameters by PyNN name; omitted ones have PyNN's name and default.
         weight_scale: the factor from the file's unit to PyNN's.
         leaks: whether a leak may take the place of its membrane time constant.
-        initial: state variables that the file may set, by PyNN name.
+        initial: the state variables that the file may set, by PyNN name.
         fixed: parameters of the file that must have one value, since the cell has no such parameter.
     """
 

@@ -266,8 +266,8 @@ class Pid:
 class JointController:
     """Makes one joint follow commands (``std_msgs/Float64``).
 
-    That of a ball joint is of positions, has neither gains nor an initial target, and follows orientations of
-    the child in the joint's frame (``geometry_msgs/Quaternion``).
+    For a ball joint, it is of positions, has neither gains nor an initial target, and follows orientations
+    of the child in the joint's frame (``geometry_msgs/Quaternion``).
 
     Args:
         joint: its name.

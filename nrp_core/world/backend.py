@@ -56,7 +56,7 @@ class WorldBackend(ABC):
     def fit(
         self, options: WorldOptions, scene: Scene, period_ns: int | None = None
     ) -> tuple[WorldOptions, str]:
-        """Return the options with which a scene is opened, and what they have in place of its file's values.
+        """Return the options with which a scene is opened, and how they differ from the values of its file.
 
         Args:
             options: the given options.

@@ -245,7 +245,7 @@ class Switchboard:
     def connect(self, part: Part) -> None:
         """Add the topics of a part; subscribers of topics with the same names stay subscribed.
 
-        Several parts may obey one topic of commands.
+        Several parts may share one command topic.
 
         Raises:
             TopicError: another part has a topic of that name.

@@ -175,7 +175,7 @@ class _Builder:
         self._firm.clear()
 
     def _add_model(self, model: Model) -> None:
-        # with a step of 0 s no spring is damped
+        # a step of 0 s leaves springs undamped
         step_s = self._spec.option.timestep if self._settings is None else 0.0
         bodies = simulated_bodies(model, step_s, self._physical)
         self._collisions, self._links = {}, {}
@@ -210,7 +210,7 @@ class _Builder:
             self._firm[model.name, name] = firm
 
     def _has_own_servos(self) -> bool:
-        """Return whether all servos are those of the file, for which its integrator is stable."""
+        """Return whether all servos have the gains of the file, with which its integrator is stable."""
         servos = [
             ((model.name, each.joint), (0.0, gains.p) if each.kind == "velocity" else (gains.p, gains.d))
             for model in self._scene.models

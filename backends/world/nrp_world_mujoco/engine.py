@@ -145,7 +145,7 @@ class MujocoEngine(JointedEngine):
         self._low, self._high = low[limited], high[limited]
 
     def _put_at_start(self, scene: Scene) -> None:
-        """Put the joints at their initial positions; those of MJCF may begin beyond their limits."""
+        """Put the joints at their initial positions, which in MJCF may be beyond the limits."""
         for model in scene.models:
             for name, position in model.starts if settings_of(model) else ():
                 self._do_put_joint(self._built.joints[model.name][name], position)

@@ -362,7 +362,7 @@ class _Writer:
         return f"<mesh><uri>{escape(str(path))}</uri></mesh>"
 
     def _terrain(self, field: int) -> str:
-        """Return a height map, with its heights in a file."""
+        """Return a height map whose heights are in a file."""
         m, first = self._m, self._m.hfield_adr[field]
         rows, columns = int(m.hfield_nrow[field]), int(m.hfield_ncol[field])
         heights = m.hfield_data[first : first + rows * columns].reshape(rows, columns)

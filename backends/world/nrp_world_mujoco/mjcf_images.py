@@ -38,7 +38,7 @@ _NAMED = 3
 
 
 def replace_missing(spec: Any, path: Path, warnings: Findings) -> None:
-    """Give a specification cubes and grey for its absent meshes and images, with a warning.
+    """Replace missing meshes by cubes and missing images by grey, with a warning.
 
     Args:
         spec: the specification that MuJoCo read.

@@ -191,7 +191,7 @@ class NativeElements:
                 )
 
     def _springs(self, joint: int, always: bool) -> dict[str, str]:
-        """Return the spring and the damper of a joint that are polynomials, or its spring always."""
+        """Return the polynomial spring and damper of a joint; with ``always``, any spring."""
         m, dof = self._m, int(self._m.jnt_dofadr[joint])
         laws = {"stiffness": (m.jnt_stiffness[joint], m.jnt_stiffnesspoly[joint]),
                 "damping": (m.dof_damping[dof], m.dof_dampingpoly[dof])}  # fmt: skip

@@ -46,7 +46,7 @@ def is_between(body: Body) -> bool:
 
 
 def neighbours(bodies: Sequence[Body]) -> Iterator[tuple[int, int, bool]]:
-    """Yield the bodies of one model with those that hold them, which MJCF does not let touch each other.
+    """Yield the bodies of one model with their parents, between which MJCF excludes contacts.
 
     Bodies that are fixed to each other have the same neighbours. MuJoCo does not see through links between
     the joints of one body, so each pair comes with whether it sees this one.
@@ -321,11 +321,11 @@ class NativeElements:
             self.warnings.add(Code.NRP264, message, path=last.path, line=last.line or None)
 
     def keep(self, settings: Native, integrator: bool) -> None:
-        """Set the options of the file that the whole scene is.
+        """Set the options of the file of which the whole scene consists.
 
         Args:
-            settings: its settings.
-            integrator: whether to use its integrator.
+            settings: the settings of the file.
+            integrator: whether to use the file's integrator.
         """
         names = ("cone", "integrator") if integrator else ("cone",)
         read = parse_element(settings, write_element(replace(settings, tag="option"))).option

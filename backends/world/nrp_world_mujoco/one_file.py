@@ -1,4 +1,4 @@
-"""Scenes that are one MJCF file: they keep the time step, the integrator and the solver of the file."""
+"""Scenes that consist of one MJCF file keep its time step, integrator and solver."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ SETTINGS = ("cone", "impratio", "integrator", "solver", "timestep")
 
 
 def settings_of(model: Model) -> Native | None:
-    """Return the settings of the MJCF file of a model; None if its file is another one."""
+    """Return the settings of the MJCF file of a model; None for files of other formats."""
     return next((each for each in model.native if each.full_tag == f"mujoco:{FILE}"), None)
 
 
 def settings_of_scene(scene: Scene) -> Native | None:
-    """Return the settings of the MJCF file that a whole scene is; None for other scenes."""
+    """Return the settings of the only MJCF file of a scene; None for other scenes."""
     if len({model.source and model.source.file for model in scene.models}) != 1:
         return None
     return next(filter(None, map(settings_of, scene.models)), None)
 
 
 def step_of(settings: Native, period_ns: int | None) -> int:
-    """Return the time step of a file, ns, or the largest below that divides the step of the loop."""
+    """Return the time step of a file, ns, or the largest smaller one that divides the step of the loop."""
     own_ns = max(round(float(settings.attribute("timestep") or 0) * NS_PER_S), 1)
     if period_ns is None:
         return own_ns

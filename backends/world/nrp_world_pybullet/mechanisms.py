@@ -66,7 +66,7 @@ def _lacking(model: Model, foreign: Sequence[Native]) -> Iterator[tuple[str, str
 
 
 def _of_straight_muscles(model: Model, foreign: Sequence[Native]) -> set[str | None]:
-    """Return the tendons that only muscles along straight lines pull, which PyBullet has."""
+    """Return the tendons that only straight muscles pull, which PyBullet supports."""
     straight = {muscle.name for muscle in muscles_of(model) if not muscle.wraps}
     actuators = [each for section in foreign if section.tag == "actuator" for each in section.children]
     others = {each.attribute("tendon") for each in actuators if each.attribute("name") not in straight}

@@ -1,4 +1,4 @@
-"""The membrane of a neuron that never fires, under the spikes that arrive at it.
+"""The membrane of a neuron that never fires and receives spikes.
 
 The state is kept at the last event; reading never changes the voltage, so the numbers do not depend on the
 number of reads or on how a run is split.
@@ -25,7 +25,7 @@ _ROOM: Final = 8
 class LeakyMembrane:
     """The state of a :class:`MembraneKernel` under a train of weighted spikes.
 
-    Spikes are added with their arrival times, in any order not before the last read; a read at ``t`` sees
+    Spikes are added with their arrival times, in any order but not before the last read. A read at ``t`` sees
     those that arrived at or before ``t``.
     """
 
@@ -35,7 +35,7 @@ class LeakyMembrane:
             self._state[name] = getattr(kernel, name)
         self._state["above"] = kernel.v_rest_mv - kernel.settled_mv
         self._queue = np.empty((2, _ROOM))
-        self._compiled: Any = None  # loaded with the first spike
+        self._compiled: Any = None  # loaded at the first spike
 
     def push(self, arrivals_ms: npt.ArrayLike, weights: npt.ArrayLike) -> None:
         """Add spikes: arrival times, ms, and weights, nA, shape ``(n,)``."""

@@ -147,7 +147,7 @@ def select_backend(
 def _fitted(
     experiment: Experiment, world: Side[WorldBackend], scene: Scene, collector: Collector
 ) -> Side[WorldBackend]:
-    """Return a world with the time step of its scene's file, if the backend uses that; say what differs."""
+    """Return a world with the time step of its scene's file, if the backend uses it; report differences."""
     with named_errors(experiment.world.backend, "fit its options to the scene"):
         options, message = world.backend.fit(world.options, scene, experiment.timestep)
         if message:

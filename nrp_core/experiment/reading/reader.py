@@ -226,7 +226,7 @@ def _lineage(path: Path, extending: tuple[Path, ...] = ()) -> dict[Path, Tree]:
     lineage: dict[Path, Tree] = {}
     own = dict(tree.value)
     if extending:
-        own.pop("description", None)  # it is of this experiment, not of one that changes it
+        own.pop("description", None)  # it describes only this experiment, not those that extend it
     named = own.pop(EXTENDS, None)
     for base in _bases(named):
         trail = (*extending, path)

@@ -116,7 +116,7 @@ def _make_way(path: Path) -> None:
 
 
 class _Server(socketserver.ThreadingTCPServer):
-    address_family = getattr(socket, "AF_UNIX", socket.AF_INET)  # Windows has none, and refuses a path
+    address_family = getattr(socket, "AF_UNIX", socket.AF_INET)  # Windows lacks it; AF_INET refuses a path
     daemon_threads = True
 
     def __init__(self, path: Path, commands: Commands) -> None:

@@ -57,7 +57,7 @@ class GrowingFile(Closing):
         self.failed: OSError | None = None
         self._file = path.open("wb", buffering=0)
         with suppress(OSError):  # a file system without locks
-            lock(self._file)  # readers see that it grows
+            lock(self._file)  # so that readers know that it is being written
         self._digest = hashlib.sha256()
         self._reserve = _reserve(path.parent)
         self._limit = _file_size_limit()

@@ -181,7 +181,7 @@ def heights_in(image: bytes) -> Heights:
 def terrain(heights: Heights) -> Triangles:
     """Return the surface of heights on a square of edge 1 about the origin.
 
-    As in MuJoCo each cell of the grid is two triangles, divided from the highest y to the highest x.
+    As in MuJoCo, each cell of the grid is divided into two triangles, from the highest y to the highest x.
     """
     rows, columns = heights.shape
     x, y = np.meshgrid(np.linspace(-0.5, 0.5, columns), np.linspace(-0.5, 0.5, rows))

@@ -346,7 +346,7 @@ class Notes:
             code: the kind of the finding.
             message: what is wrong.
             subject: the name of the object concerned.
-            alike: a word for findings of which a file has one, with the names of the other objects.
+            alike: a key; findings with the same key become one per file, which names the objects.
         """
         finding = Finding(code, message, Level.WARNING, element.path, element.line, subject=subject)
         self._findings.append((finding, alike))
@@ -369,7 +369,7 @@ _NAMED = 3
 
 
 def _joined(findings: Sequence[Finding]) -> Finding:
-    """Return the first of some findings, with the names of the objects of the others."""
+    """Merge findings into the first, with the names of the objects of the others."""
     first = findings[0]
     others = list(dict.fromkeys(each.subject for each in findings if each.subject != first.subject))
     if not others:

@@ -443,7 +443,7 @@ def _parent_frame(joint: Element) -> str:
 
 
 def _without_no_limits(values: Sequence[Element], joint: Element, robot: _Robot) -> list[Element]:
-    """Return values without limits of effort or velocity with which the joint could not move."""
+    """Return values without the limits of effort or velocity that would prevent the joint from moving."""
     zero = [value for value in values if value.tag in ("effort", "velocity")
             if value.parse_numbers(value.text, 1, finite=False)[0] <= 0]  # fmt: skip
     if zero and joint.attribute("type") != "fixed":

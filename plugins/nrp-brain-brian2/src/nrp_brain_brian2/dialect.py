@@ -1,4 +1,4 @@
-"""The module ``brian2`` for scripts, found by the door for dialects of PyNN."""
+"""The module ``brian2`` for scripts, found through the entry point for dialects of PyNN."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Dialect:
 
     Args:
         pynn: the simulator of PyNN in the same script.
-        run: is called in place of ``run`` with the network and the duration in s; by default the script ends.
+        run: called instead of ``run`` with the network and the duration in s; by default the script ends.
     """
 
     runner: ClassVar[str] = "brian2"
@@ -77,7 +77,7 @@ class Dialect:
                 ended(super().run, duration, *given, level=level + 2, **options)
 
         def set_device(*_: Any, **__: Any) -> None:
-            """Let the backend run the network, whatever would in Brian2."""
+            """Let the backend run the network, regardless of Brian2's device."""
 
         vars(module).update(run=run, Network=Network, set_device=set_device)
         return module
@@ -87,10 +87,10 @@ class Dialect:
         return None
 
     def network(self, _variables: Mapping[str, Any]) -> Network | None:
-        """Return the network that the script had built at its first ``run``; None if it did not get there.
+        """Return the network that the script has built at its first ``run``; None if it never runs.
 
         Raises:
-            CapabilityError, NetworkError: only Brian2 can have it.
+            CapabilityError, NetworkError: only Brian2 can run it.
         """
         if self._end is None:
             return None

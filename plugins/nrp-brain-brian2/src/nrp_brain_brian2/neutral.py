@@ -1,9 +1,9 @@
 """A network of Brian2 as data for any backend with cells in equations. Importing this loads Brian2.
 
 In a step Brian2 advances all cells, tests their thresholds, lets spikes arrive and resets cells. A cell in
-equations receives spikes before it tests its threshold. So spikes are collected in a variable, and change
-the cell when it next advances: Brian2's order, one step later in the cycle. A spike of Brian2 at ``t`` is one
-at ``t + dt`` here, and a delay is longer by one step.
+equations receives spikes before it tests its threshold. So spikes are collected in a variable and change
+the cell when it next advances: Brian2's order, one step later in the cycle. A spike of Brian2 at ``t`` is
+at ``t + dt`` here, and delays are one step longer.
 
 A cell advances by the assignments that Brian2's own integration method makes of its equations.
 """
@@ -71,8 +71,8 @@ def network_of(built: Built) -> Network:
     """Return the network of a script.
 
     Raises:
-        CapabilityError: it has something else than cells, sources, synapses that only transmit, and monitors.
-        NetworkError: its equations have something that cells in equations do not have.
+        CapabilityError: it has anything but cells, sources, synapses that only transmit, and monitors.
+        NetworkError: its equations use something that cells in equations do not support.
     """
     return _Conversion(built).network
 
@@ -232,7 +232,7 @@ def _whole(group: Any, indices: IntArray) -> tuple[Any, IntArray]:
 
 
 def _assignments(code: str) -> Assignments:
-    """Return the assignments of Brian2's code; an increment has the name on its right side, too."""
+    """Return the assignments of Brian2's code, with increments written as assignments."""
     found: Assignments = []
     for line in ast.parse(dedent(code)).body:
         match line:
@@ -251,7 +251,7 @@ def _names(node: ast.AST) -> set[str]:
 
 
 def _increments(part: Any) -> Iterator[tuple[str, ast.expr, float]]:
-    """Yield the variables of the target that a pathway increases, by what, and the sign."""
+    """Yield the variables of the target that a pathway increases, with the increment and its sign."""
     synapses = part.synapses
     for name, value in _assignments(part.code):
         own = name.removesuffix("_post")
@@ -302,7 +302,7 @@ def _is_parameter(synapses: Any, name: str) -> bool:
 
 
 def _constant(group: Any, name: str, namespace: Mapping[str, Any]) -> Any:
-    """Return a constant from outside of a group."""
+    """Return a constant from outside a group."""
     found = group.resolve_all({name}, namespace, user_identifiers=set())[name]
     if not isinstance(found, Constant | Function):
         raise CapabilityError(f"Brian2: '{name}' of '{group.name}' belongs to another group")
@@ -365,7 +365,7 @@ class _Cells:
     def _gate(self, name: str) -> str | None:
         """Return a factor for spikes onto a variable that arrive in the step of a spike; None if unknown.
 
-        Brian2 resets the cell after they arrived.
+        Brian2 resets the cell after they have arrived.
         """
         variable = self._group.variables[name]
         if self._rests and variable.conditional_write is not None:
@@ -466,7 +466,7 @@ class _Cells:
         return ast.unparse(ast.fix_missing_locations(_Rewritten(self._name, self._dt_s).visit(value)))
 
     def _name(self, name: str) -> str | None:
-        """Return what stands for a name, and declare it; None for the name itself."""
+        """Return the replacement of a name, and declare it; None if the name is used as it is."""
         variable = self._group.variables.get(name)
         step = f"{self._dt_s!r}*second"
         built_in = {_FREE: f"({_FREE} > 0.5)", "t": f"(t - {step})", "dt": f"({step})"}
@@ -486,7 +486,7 @@ class _Cells:
         return self._number(name, variable)
 
     def _number(self, name: str, variable: Any) -> str | None:
-        """Return what stands for a constant: a unit, a number of Brian2, or one of the script."""
+        """Return the replacement of a constant: a unit, a number of Brian2, or one of the script."""
         found = variable or _constant(self._group, name, self._namespace)
         if isinstance(found, Function) or name in ("pi", "e", "inf", "True", "False"):
             return None
@@ -508,7 +508,7 @@ def unit_of_si(dim: Any) -> str:
 
 
 class _Finite(ast.NodeTransformer):
-    """Replaces what makes a denominator 0 in a refractory cell, whose numerator is 0, too."""
+    """Replaces the factor that makes both numerator and denominator 0 in a refractory cell."""
 
     def __init__(self, *, below: bool = False) -> None:
         self._below = below
@@ -538,7 +538,7 @@ class _Rewritten(ast.NodeTransformer):
         arguments = [self.visit(one) for one in node.args]
         if not arguments:
             return ast.Call(node.func, [], [])
-        if node.func.id == "timestep":  # Brian2 rounds down, and counts what is short by a rounding error
+        if node.func.id == "timestep":  # Brian2 rounds down, with a tolerance for rounding errors
             time = arguments[0]
             if isinstance(time, ast.Constant):  # in seconds
                 time = ast.BinOp(time, ast.Mult(), ast.Name("second"))

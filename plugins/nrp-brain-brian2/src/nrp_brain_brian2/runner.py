@@ -1,6 +1,6 @@
 """``python -m nrp_core.pynn --as brian2 SCRIPT`` runs the network of a script of Brian2 in a brain backend.
 
-Monitors of Brian2 get what the backend recorded, so that the script draws its own figures.
+Monitors of Brian2 receive the backend's recordings, so that the script draws its own figures.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def run_script(
         options: options of the backend; ``resolution`` is the step of the script.
 
     Raises:
-        NrpError: the script does something impossible; with file and line.
+        NrpError: the script does something unsupported; with file and line.
         Exception: whatever else the script raises.
     """
     name = backend or "event"
@@ -66,9 +66,9 @@ class _Recording:
 
     Args:
         monitor: the monitor.
-        spikes: the recorder of the spikes, of one that records these.
+        spikes: the recorder of spikes, if the monitor records them.
         states: the recorders of states.
-        order: the neurons as the monitor counts them.
+        order: the neurons in the order of the monitor.
     """
 
     monitor: Any
@@ -137,7 +137,7 @@ class _Runs:
             print(f"note: {self._backend}: {warning.text}", file=sys.stderr)
 
     def _change(self, network: Network) -> None:
-        """Change what the script changed since the last run: parameters of its groups.
+        """Apply the changes of parameters that the script made since the last run.
 
         Raises:
             CapabilityError: it changed something else.
@@ -163,7 +163,7 @@ class _Runs:
                 self._brain.set_weights(old_one.label, new_one.weight)
 
     def _recorded(self, built: Any, network: Network, monitor: Any) -> _Recording:
-        """Record what a monitor records, from now on."""
+        """Start the recorders of a monitor."""
         from nrp_brain_brian2.neutral import global_ids
 
         assert self._brain is not None
@@ -183,7 +183,7 @@ class _Runs:
         return _Recording(monitor, ids, spikes=port)
 
     def _set_states(self, built: Any) -> None:
-        """Let Brian2's groups have the states of the cells."""
+        """Copy the states of the cells to Brian2's groups."""
         from nrp_brain_brian2.neutral import global_ids, unit_of
 
         assert self._brain is not None
@@ -206,7 +206,7 @@ def _same(a: Mapping[str, FloatArray], b: Mapping[str, FloatArray]) -> bool:
 
 
 def _fill(one: _Recording, now_ns: int, step_ms: float) -> None:
-    """Let a monitor have what was recorded."""
+    """Copy the recordings to a monitor."""
     variables = one.monitor.variables
     if one.states is not None:
         for name, port in one.states.items():

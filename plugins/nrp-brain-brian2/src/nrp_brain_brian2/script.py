@@ -53,7 +53,7 @@ class FirstRun(BuildingEnds):
         namespace: the variables that the call gives to its equations, or None.
 
     Attributes:
-        frames: the script's, from the call to the module.
+        frames: the frames of the script, from the call to the module.
     """
 
     def __init__(self, network: Any, namespace: Any) -> None:

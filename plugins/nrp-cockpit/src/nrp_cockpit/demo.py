@@ -11,7 +11,7 @@ from nrp_cockpit.command import cockpit
 
 
 class Demo(StrEnum):
-    """The experiments that need nothing but this distribution and take a few seconds to start."""
+    """The experiments that need only this distribution and start within a few seconds."""
 
     HUSKY = "husky"
     FLY = "fly"

@@ -1,6 +1,6 @@
 """Prints models of NESTML as arguments of ``EquationCell`` or ``EquationSynapse``, in JSON: nrp-nestml FILE.
 
-Of several files it prints one object, by their names without the suffix.
+For several files it prints one object whose keys are their names without the suffix.
 """
 
 from __future__ import annotations

@@ -37,7 +37,7 @@ def target(assignment: Any, writer: Writer) -> tuple[str, str]:
 
 
 class SpikeBody:
-    """Reads the statements at a spike.
+    """Reads the statements that run at a spike.
 
     Args:
         writer: of the model.
@@ -47,7 +47,7 @@ class SpikeBody:
     Attributes:
         assignments: variables and their new values, in this order.
         emits: whether a spike is emitted.
-        emitted: the weight with which it is, in a synapse.
+        emitted: in a synapse, the weight of the emitted spike.
     """
 
     def __init__(self, writer: Writer, previous: dict[str, str]) -> None:

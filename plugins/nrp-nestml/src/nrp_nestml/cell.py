@@ -24,7 +24,7 @@ def model_of(path: Path) -> dict[str, Any]:
     """Return the arguments of ``EquationCell`` or ``EquationSynapse`` for the model in a file.
 
     Raises:
-        NestmlError: it has something that these do not have.
+        NestmlError: the model uses something that these do not support.
     """
     model = read(path)
     is_synapse = any(

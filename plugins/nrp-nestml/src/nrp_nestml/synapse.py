@@ -18,11 +18,11 @@ _PRE, _POST = "pre", "post"
 def synapse_of(model: Any) -> dict[str, Any]:
     """Return the arguments of ``EquationSynapse`` for a synapse.
 
-    Its weight is the number ``w`` of the file, as given in scripts. A name that Python reserves, such as
-    ``lambda``, has an underscore at its end.
+    Its weight is the number ``w`` of the file, as given in scripts. A keyword of Python, such as
+    ``lambda``, gets a trailing underscore.
 
     Raises:
-        NestmlError: it has something that synapses in equations do not have.
+        NestmlError: it uses something that synapses in equations do not support.
     """
     return _Synapse(model).arguments()
 

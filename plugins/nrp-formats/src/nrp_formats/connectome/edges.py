@@ -61,8 +61,8 @@ class EdgeChunk:
         sign: 1, -1, or 0 where it is unknown, shape ``(n,)``.
         is_electrical: whether they are gap junctions, shape ``(n,)``.
         names: the names of cells by id, if the table has names.
-        is_plain: whether signs are those of the counts; then an edge is excitatory if any other inhibits.
-        empty: number of rows that are left out because a cell of the table is empty.
+        is_plain: whether signs are those of the counts; positive ones excite if any is negative.
+        empty: number of rows left out because an id or weight is empty.
         transmitters: unknown transmitters, with their numbers of edges.
     """
 
@@ -119,7 +119,7 @@ class _Layout:
         weight: column of the number of synapses; None if each row is a synapse.
         sign: column of signs, if any.
         transmitter: column of the transmitter, if any.
-        kind: column that tells gap junctions, if any.
+        kind: column that marks gap junctions, if any.
         probable: columns of the probabilities of transmitters, if there is no column of the transmitter.
     """
 
@@ -170,7 +170,7 @@ class _Layout:
 
     @property
     def _is_plain(self) -> bool:
-        """Whether nothing but the numbers of synapses may have a sign."""
+        """Whether only the numbers of synapses can have a sign."""
         return not (self.sign or self.transmitter or self.probable)
 
     def _kinds(self, rows: Columns, n: int) -> np.ndarray:

@@ -37,7 +37,7 @@ class Matrix:
 
     @classmethod
     def of(cls, sources: Sequence[str], targets: Sequence[str], entries: FloatArray) -> Matrix:
-        """Return the matrix with these names of rows and columns."""
+        """Return the matrix whose rows and columns have these names."""
         names = {name_id(name): name for name in (*sources, *targets)}
         rows, columns = np.nonzero(entries)
         pre, post = (np.array([name_id(name) for name in ends], np.int64) for ends in (sources, targets))
@@ -71,7 +71,7 @@ def read_matrix(path: Path) -> Matrix | None:
 
 
 def _corner(table: Sequence[Sequence[str]]) -> tuple[int, int] | None:
-    """Return the row of the names of targets and the column of the names of sources, which share names."""
+    """Return the row with the names of targets and the column with the names of sources."""
     for first, row in enumerate(table):
         place = next((k for k, cell in enumerate(row) if _is_number(cell)), 0)
         left = next((k for k in range(place - 1, -1, -1) if row[k]), None)

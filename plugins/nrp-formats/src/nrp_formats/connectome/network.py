@@ -42,7 +42,7 @@ _BY: Final = ("transmitter", "class", "side", "type", "name")
 
 @dataclass(frozen=True)
 class Connectome:
-    """A network and how it was made.
+    """A network and its origin.
 
     Args:
         network: the network.
@@ -71,7 +71,7 @@ def read_connectome(
     Args:
         edges: the table of edges.
         neurons: the table of neurons; without one, the neurons are those with edges, by id.
-        junctions: a table of gap junctions, if they are apart from the other edges.
+        junctions: a table of gap junctions, if they are not in the table of edges.
         groups: patterns such as ``MN9*`` of the groups to name; by default all.
         unit_mv: weight of one synapse, above 0.
         delay_ms: delay of all synapses, above 0.
@@ -119,10 +119,10 @@ def read_connectome(
 
 
 def _apply_rule(wiring: Wiring, known: Neurons, signs: Signs, path: Path) -> dict[str, int]:
-    """Give the edges of unknown sign that of the user's rule; return their numbers by type of source.
+    """Apply the user's rule to edges of unknown sign; return their numbers by type of source.
 
     Raises:
-        NetworkError: the rule says nothing about a type.
+        NetworkError: the rule does not contain a type.
     """
     undecided: Counter[str] = Counter()
     asked: Counter[str] = Counter()

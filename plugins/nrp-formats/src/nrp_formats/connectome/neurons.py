@@ -50,7 +50,7 @@ class Neurons:
 
     Args:
         ids: shape ``(n,)``, unique.
-        texts: ``name``, ``type``, ``side``, ``transmitter``, ``class`` of each as far as known; empty texts.
+        texts: ``name``, ``type``, ``side``, ``transmitter``, ``class`` of each; unknown ones are empty.
         positions: in the unit of the table, shape ``(n, 3)``, or None.
         remarks: sentences about ids and positions that are missing.
     """

@@ -1,4 +1,4 @@
-"""Signs of synapses: what transmitters do, and what the user decides where that is unknown."""
+"""Signs of synapses: the effects of transmitters, and the user's rule for unknown ones."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Signs:
         return self.given.get(name, known)
 
     def decided(self, names: Iterable[str]) -> int | None:
-        """Return 1, -1 or 0 (exclude) for the edges of a cell with these names; None if nobody decided."""
+        """Return 1, -1 or 0 (exclude) for the edges of a cell with these names; None if it is undecided."""
         if self.rule is not None:
             return 1 if self.rule == EXCITE else 0
         return next((self.given[name.lower()] for name in names if name.lower() in self.given), None)

@@ -148,7 +148,7 @@ def _id_of(path: Path, column: str, text: str) -> int:
 
 
 def name_id(name: str) -> int:
-    """Return the id of a cell with a name; equal ones are as improbable as in 63 random bits."""
+    """Return the id of a cell with a name; collisions are as rare as among random numbers of 63 bits."""
     return int.from_bytes(blake2b(name.encode(), digest_size=8).digest(), "big") >> 1
 
 

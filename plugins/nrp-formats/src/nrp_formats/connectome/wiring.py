@@ -201,7 +201,7 @@ class Wiring:
         self._sum_up()
 
     def take_signs(self, signs: IntArray) -> None:
-        """Give edges of unknown sign that of their source, unless the numbers of synapses have signs."""
+        """Give edges of unknown sign the sign of their source, unless the numbers of synapses have signs."""
         is_signed = self._is_plain and len(self.inhibitory) > 0
         self.assign(np.ones(self.n_cells, int) if is_signed else signs)
 
@@ -235,7 +235,7 @@ class Wiring:
         """Yield the gap junctions, if any.
 
         A table has a junction once, or from both cells, and then not always with the same number (of sections
-        in which it is seen): the larger one counts. One from a cell to itself has no effect: it is counted in
+        in which it is seen): the larger is used. One from a cell to itself has no effect and is counted in
         ``self_junctions``.
         """
         pre, post = np.repeat(np.arange(self.n_cells), self.electrical.degrees), self.electrical.post

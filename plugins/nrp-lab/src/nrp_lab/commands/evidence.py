@@ -25,7 +25,7 @@ class Request:
     Args:
         experiment: its name, file or folder.
         controls: controls of the wiring.
-        others: what else is exchanged; see :func:`~nrp_lab.comparison.evidence.evidence_grid`.
+        others: other exchanges; see :func:`~nrp_lab.comparison.evidence.evidence_grid`.
         seeds: number of seeds.
         settings: overrides.
         vary: settings that are drawn with each seed.
@@ -46,7 +46,7 @@ class Request:
 
 
 def write_evidence(request: Request, page: Path, *, as_json: bool) -> bool:
-    """Gather the evidence and write it; return whether it decides."""
+    """Gather the evidence and write it; return whether the question is decided."""
     from rich.console import Console
 
     from nrp_lab.comparison import report, report_page

@@ -1,7 +1,7 @@
-"""The decoder alone: a brain without cells, which guesses the values of sinks from those of sources.
+"""The decoder alone: a brain without cells that predicts the values of sinks from those of sources.
 
-A ridge regression with the settings of all sources in the last 200 ms, fitted on recorded runs with the
-intact brain. If a behaviour survives it, what the brain computes is linear in its inputs.
+A ridge regression on the settings of all sources in the last 200 ms, fitted to recorded runs with the
+intact brain. If a behaviour survives it, a linear function of the brain's inputs is enough.
 """
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ class Decoder:
     Args:
         sources: number of values of each source, by its topic in a recording.
         sinks: the topics of the sinks.
-        lags: number of loop steps that count.
+        lags: number of loop steps that are used.
         weights: shape ``(lags * n_values, n_sinks)``, the latest step first.
         offsets: value of each sink without inputs.
-        low, high: smallest and largest value of each sink in the fitted runs; guesses stay between them.
+        low, high: smallest and largest value of each sink in the fitted runs; they clip predictions.
         explained: share of the variance of each sink that the fit explains.
     """
 
@@ -88,7 +88,7 @@ class Decoder:
 
     @property
     def digest(self) -> str:
-        """A text that tells different decoders apart."""
+        """A text that differs between decoders."""
         return hashlib.blake2b(self.weights.tobytes() + self.offsets.tobytes(), digest_size=8).hexdigest()
 
     def guess(self, history: FloatArray) -> FloatArray:
@@ -159,7 +159,7 @@ def _lagged(inputs: FloatArray, lags: int) -> FloatArray:
 
 
 def with_decoder(plan: Plan, decoder: Decoder) -> Plan:
-    """Return a plan with a decoder in the place of the simulator."""
+    """Return a plan with a decoder instead of the simulator."""
     backend = DecoderBackend(decoder, plan.brain.capabilities)
     options = BrainOptions()
     side = replace(plan.brain, backend=backend, options=options, capabilities=backend.capabilities(options))
@@ -171,7 +171,7 @@ class DecoderBackend(BrainBackend):
 
     Args:
         decoder: the decoder.
-        capabilities: those of the brain whose place it takes.
+        capabilities: those of the brain that it replaces.
     """
 
     def __init__(self, decoder: Decoder, capabilities: BrainCapabilities) -> None:
@@ -189,7 +189,7 @@ class DecoderBackend(BrainBackend):
 
 
 class DecoderBrain(Brain):
-    """A network whose cells never fire, and whose sinks have the values that a decoder guesses."""
+    """A network whose cells never fire and whose sinks have the values that a decoder predicts."""
 
     def __init__(
         self, decoder: Decoder, network: Network, seed: int, capabilities: BrainCapabilities
@@ -253,7 +253,7 @@ def _by_topic(ports: Iterable[Any]) -> Iterator[tuple[str, Any]]:
 
 
 def _show(port: Any, value: float) -> None:
-    """Let a sink have a value, whatever it receives."""
+    """Set the value of a sink, whatever it receives."""
     if not hasattr(port, "guessed"):
         kind = type(port)
         port.__class__ = type(kind.__name__, (kind,), {kind.quantity: property(lambda self: self.guessed)})

@@ -1,7 +1,7 @@
-"""Whose doing is a behaviour: the wiring's, the decoder's, or the simulator's?
+"""Whether a behaviour is due to the wiring, the decoder or the simulator.
 
 The experiment runs with its own wiring and with each control from the same seeds. A control is the name of a
-variant and the settings that make it; every one is judged by the statistics of a comparison of wirings.
+variant and the settings that make it; each is judged by the statistics of a comparison of wirings.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ def about(name: str) -> str:
 
 
 class Doing(StrEnum):
-    """Whose doing a behaviour is."""
+    """The cause of a behaviour."""
 
     WIRING = "The behaviour needs the wiring"
     DECODER = "The behaviour needs only the decoder"
@@ -115,7 +115,7 @@ class Doing(StrEnum):
 
 
 def doing_of(parts: Iterable[Mapping[str, Relation]]) -> Doing:
-    """Return whose doing a behaviour is.
+    """Return the cause of a behaviour.
 
     A simulator that changes it comes first, because then no other answer holds in general. It needs the
     wiring if one and the same part of it is changed by a random network and by the decoder alone.
@@ -155,7 +155,7 @@ class Evidence:
 
     @property
     def doing(self) -> Doing:
-        """Whose doing the finding is."""
+        """The cause of the finding."""
         parts = [part for judged in self.diff.finding for part in judged.parts]
         return doing_of({one.other: one.relation(part.margin) for one in part.contrasts} for part in parts)
 

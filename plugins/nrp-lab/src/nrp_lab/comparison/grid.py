@@ -227,7 +227,7 @@ class RunGrid:
         return [] if cell.wiring in (ORIGINAL, DECODER) else [f"brain.controls=[{{{cell.wiring}}}]"]
 
     def revise(self, cell: GridCell) -> Callable[[Plan], Plan] | None:
-        """Return what exchanges the brain of a run, if anything does."""
+        """Return the replacement of the brain of a run, if any."""
         if cell.wiring != DECODER:
             return None
         return partial(with_decoder, decoder=self.decoders[cell.seed])

@@ -180,7 +180,7 @@ def evidence_data(found: Evidence) -> dict[str, Any]:
 
 
 def print_evidence(found: Evidence, console: Console) -> None:
-    """Write whose doing the finding is, and the effect of each control."""
+    """Write the cause of the finding and the effect of each control."""
     _print_incomplete(console, found.diff.incomplete)
     console.print(Text(found.sentence, style="bold"))
     console.print(Text(f"{found.diff.name}, {subject(found.diff)}; {finding(found.diff)}", style="dim"))
@@ -222,7 +222,7 @@ def pair_data(diff: PairDiff) -> dict[str, Any]:
 
 
 def records_headline(diff: RecordsDiff) -> str:
-    """Return the verdict on a run beside old records, first what it does not cover."""
+    """Return the verdict on a run and old records, beginning with the parts that only one of them has."""
     left_out = []
     if diff.missing:
         left_out = ["Not all old records were compared"]

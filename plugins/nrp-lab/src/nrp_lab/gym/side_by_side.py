@@ -21,7 +21,7 @@ class SideBySide(Closing):
     """Steps independent loops together; each takes the step that it would take alone.
 
     Brains and worlds of all loops advance on threads. Transfer functions and hooks run on the calling thread,
-    loop by loop, because code of users may share values; vectorised functions are called once for all loops.
+    loop by loop, because users' code may share values; vectorised functions are called once for all loops.
     The pace of a loop is ignored, and calls that other threads make on a loop are not held back until the end
     of a step.
 
@@ -69,7 +69,7 @@ class SideBySide(Closing):
         failed: dict[int, Exception],
         pool: ThreadPoolExecutor | None = None,
     ) -> dict[int, Waiting]:
-        """Take a part of the step of each loop that has not failed, on the threads of a pool if given.
+        """Take a part of the step of each loop that has not failed, on the threads of the pool, if any.
 
         Returns:
             The loops that wait for a call.

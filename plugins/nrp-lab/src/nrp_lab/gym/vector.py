@@ -274,7 +274,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
 
     @property
     def python_calls(self) -> list[str]:
-        """The names of the Python functions that are called for each copy, not once for all."""
+        """The names of the Python functions that are called for each copy."""
         agent, functions = self._agent, self.runs[0].loop.functions
         judging = [name for name in ("reward", "terminate") if callable(getattr(agent, name))]
         return [*(one.name for one in functions if not one.vectorized), *judging]

@@ -13,7 +13,7 @@ _HEADING = re.compile(r"^(?:#+ |\*\*)(.+?)(?:\*\*.*)?$", re.MULTILINE)
 
 
 def latex_tables(page: str) -> str:
-    """Return a document's worth of tables, each with the heading above it as its caption."""
+    """Return the tables of a document, each with the heading above it as its caption."""
     return "\n".join(_tables(page))
 
 

@@ -1,4 +1,4 @@
-"""Folders of this machine in a recording, replaced by neutral ones: an archive names no user and no disk."""
+"""Neutral names for folders in a recording, so that an archive does not reveal its author."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ def neutral_places(experiment: str) -> dict[str, str]:
     places = {Path(experiment).parent.as_posix(): EXPERIMENT, Path.home().as_posix(): HOME}
     for number, path in enumerate(path for path in sys.path if Path(path).is_absolute()):
         places.setdefault(Path(path).as_posix(), f"{SOFTWARE}/{number}")
-    # a folder of one part, such as /root, names nobody, and its name stands for other things as well
+    # a folder of one part, such as /root, does not identify anyone, and its name has other meanings
     return {path[1:]: name for path, name in places.items() if path.count("/") > 1}
 
 
 def in_neutral_places(text: str, places: Mapping[str, str]) -> str:
-    """Return a text with other paths."""
+    """Return a text with its paths replaced."""
     for path in sorted(places, key=len, reverse=True):
         pattern = rf"(^|[\"'\s(\[`]/?|{_FILES}/){re.escape(path)}(?=[/\"'\s)\]`]|$)"
         text = re.sub(pattern, rf"\g<1>{places[path]}", text, flags=re.MULTILINE)
@@ -37,7 +37,7 @@ def in_neutral_places(text: str, places: Mapping[str, str]) -> str:
 
 
 def make_anonymous(recording: Path) -> None:
-    """Move the files of a recording to neutral places, and rewrite what names them with their digests."""
+    """Move files of a recording to neutral places; rewrite the files that name them, with new digests."""
     file = recording / RUN_NAME
     experiment = json.loads(file.read_text("utf-8"))["file"].removeprefix(_FILES)
     places = neutral_places(experiment)

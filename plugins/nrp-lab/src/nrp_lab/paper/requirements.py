@@ -54,9 +54,9 @@ def files_elsewhere(runs: Iterable[Mapping[str, Any]]) -> list[str]:
 
 
 def write_wheels(lines: Iterable[str], folder: Path) -> None:
-    """Write the wheel of each distribution of this project, which no package index may have.
+    """Write the wheel of each distribution of this project, which may be missing from package indexes.
 
-    A clone that is installed in place is built; of others, what was installed is put together again.
+    A distribution installed in place from a clone is built; others are reassembled from the installed files.
 
     Args:
         lines: lines of a ``requirements.txt``.
