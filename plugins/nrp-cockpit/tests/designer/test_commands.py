@@ -199,7 +199,11 @@ def test_triggers_and_throttling_rates_are_written_to_the_file(drawing: Drawing)
 def test_the_forms_have_every_setting_of_a_function() -> None:
     for kind in (dsl.Neuron2Robot, dsl.Robot2Neuron):
         fields = {one["field"] for one in metamodel_data()["classes"][kind.__name__]["features"]}
-        settings_of_python = signature(kind).parameters.keys() - {"robot_topic"}
+        # vectorized is one of written Python
+        settings_of_python = signature(kind).parameters.keys() - {
+            "robot_topic",
+            "vectorized",
+        }
         assert settings_of_python
         assert all({name, name.rstrip("s")} & fields for name in settings_of_python)
 
