@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -24,6 +25,8 @@ SPEED_M_S = 0.3
 _MAX_JOINTS, _SWING_RAD, _RADIUS_M = 12, 0.4, 0.1
 _LEVEL = 0.7
 """Minimum share of the axis of a wheel that points along y, to the side."""
+_NAME = re.compile(r"[\w .:/+-]+")
+"""The names that templates may write into code."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +50,8 @@ def robot_values(file: Path) -> Mapping[str, Any]:
     """Return the variables of the templates for a robot.
 
     Raises:
-        ExperimentError: the file has no moving robot, or its robot has no joints to command.
+        ExperimentError: the file has no robot that moves, one without joints to command, or a name that
+            cannot stand in code.
     """
     read = partial(read_scene, file, lenient=True)
     scene, _ = read_without(lambda without: read(without=without))
@@ -63,6 +67,12 @@ def robot_values(file: Path) -> Mapping[str, Any]:
         raise ExperimentError("this robot has no joint that takes commands", path=file)
     children = {joint.child for joint in model.joints}
     base = next((link for link in model.links if link.name not in children), model.links[0])
+    for name in (base.name, *(joint.name for joint in driven)):
+        if not _NAME.fullmatch(name):
+            raise ExperimentError(
+                f"the link or joint {name!r} needs a name of letters, digits, spaces and '_.:/+-' alone",
+                path=file,
+            )
     low_m, high_m = _extent_m(model)
     return {
         "model": str(file.resolve()), "driven": driven, "mode": "velocity" if wheels else "position",

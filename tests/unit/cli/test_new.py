@@ -187,6 +187,29 @@ def test_a_robot_becomes_an_experiment_that_moves_it(nrp, tmp_path: Path, monkey
         assert run.result().spikes["sides"] > 5
 
 
+@pytest.mark.parametrize("kind", ["continuous", "revolute"])
+@pytest.mark.parametrize(
+    "name", ["a&quot;, Float64)) if not print(1) else 0 #", "a'b", "a&#10;b", "a\\", "{{ name }}", "[a, b]"]
+)
+def test_a_name_that_would_be_code_is_refused(nrp, tmp_path: Path, monkeypatch, name: str, kind: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    for number, base in enumerate(("base", name)):  # of a joint, and of a link
+        text = CART.format(wheels=WHEEL.format(name="wheel" if number else name, y=0.2, axis=1, kind=kind))
+        Path("cart.urdf").write_text(text.replace('"base"', f'"{base}"'))
+        done = nrp("new", "experiment", "tour", "--from", "cart.urdf")
+        assert (done.code != 0, "needs a name of letters" in done.err) == (True, True), done.err
+        assert not Path("tour").exists()
+
+
+@pytest.mark.parametrize("name", ["1", "left wheel", "null", "rad: 2"])
+def test_a_name_that_yaml_would_read_otherwise_stays_a_name(nrp, tmp_path, monkeypatch, name: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    wheels = WHEEL.format(name=name, y=0.2, axis=1, kind="revolute")
+    Path("cart.urdf").write_text(CART.format(wheels=wheels).replace('"base"', '"true"'))
+    assert nrp("new", "experiment", "tour", "--from", "cart.urdf").code == 0
+    assert load_experiment(Path("tour")).world.robots["robot"].control.keys() == {f"{name}_joint"}
+
+
 def test_only_an_experiment_is_made_of_a_robot(nrp, tmp_path: Path) -> None:
     (tmp_path / "cart.urdf").write_text(CART.format(wheels=""))
     assert nrp("new", "brain", "tour", "--from", tmp_path / "cart.urdf").code == 2
