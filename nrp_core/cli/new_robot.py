@@ -105,7 +105,8 @@ def _wheels(wheels: list[Joint], links: Mapping[str, Link]) -> Iterator[Driven]:
 
 def _swinging(joints: list[Joint]) -> Iterator[Driven]:
     for number, joint in enumerate(joints):
-        low, high = max(joint.lower, -1.0), min(joint.upper, 1.0)
+        near = min(max(0.0, joint.lower), joint.upper)
+        low, high = max(joint.lower, near - 1.0), min(joint.upper, near + 1.0)
         centre, swing = (low + high) / 2, min(_SWING_RAD, (high - low) / 3)
         yield Driven(joint.name, "right" if number % 2 else "left", round(centre, 5), round(swing / 50.0, 6))
 

@@ -16,6 +16,7 @@ from golden import Golden
 from nrp_core.brain.backend import BRAIN_INTERFACE_VERSION
 from nrp_core.brain.backends import brains
 from nrp_core.brain.interface import Brain
+from nrp_core.cli.new_robot import robot_values
 from nrp_core.errors import NrpError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
@@ -208,6 +209,17 @@ def test_a_name_that_yaml_would_read_otherwise_stays_a_name(nrp, tmp_path, monke
     Path("cart.urdf").write_text(CART.format(wheels=wheels).replace('"base"', '"true"'))
     assert nrp("new", "experiment", "tour", "--from", "cart.urdf").code == 0
     assert load_experiment(Path("tour")).world.robots["robot"].control.keys() == {f"{name}_joint"}
+
+
+@pytest.mark.parametrize(("lower", "upper"), [(1.2, 2.5), (-4.0, -3.0), (-1.0, 1.0), (-0.1, 3.0)])
+def test_a_joint_swings_within_its_limits(tmp_path: Path, lower: float, upper: float) -> None:
+    wheel = WHEEL.format(name="arm", y=0.2, axis=1, kind="revolute")
+    wheel = wheel.replace('lower="-1" upper="1"', f'lower="{lower}" upper="{upper}"')
+    (tmp_path / "cart.urdf").write_text(CART.format(wheels=wheel))
+    (joint,) = robot_values(tmp_path / "cart.urdf")["driven"]
+    swing = 50.0 * joint.gain
+    assert 0.2 < swing <= 0.4
+    assert lower < joint.centre - swing < joint.centre + swing < upper
 
 
 def test_only_an_experiment_is_made_of_a_robot(nrp, tmp_path: Path) -> None:
