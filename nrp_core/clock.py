@@ -90,6 +90,12 @@ def without_rounding_errors(times_ms: npt.ArrayLike) -> FloatArray:
         return np.where(np.abs(given - nearest) <= 8.0 * np.spacing(np.abs(given)), nearest, given)
 
 
+def dividing_step(step_ns: int, period_ns: int) -> int:
+    """Return the longest step up to a given one that divides a period; the given one if all are far shorter."""
+    fewest = -(-period_ns // step_ns)
+    return next((period_ns // n for n in range(fewest, 4 * fewest + 1) if period_ns % n == 0), step_ns)
+
+
 @dataclass(frozen=True, slots=True)
 class StepPlan:
     """The period of the closed loop and the steps of both sides, checked to divide.

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import count
-
-from nrp_core.clock import NS_PER_S
+from nrp_core.clock import NS_PER_S, dividing_step
 from nrp_core.scene.model import Model, Scene
 from nrp_core.scene.origin import Native
 
@@ -27,8 +25,6 @@ def settings_of_scene(scene: Scene) -> Native | None:
 
 
 def step_of(settings: Native, period_ns: int | None) -> int:
-    """Return the time step of a file, ns, or the largest smaller one that divides the step of the loop."""
+    """Return the time step of a file, ns, or one below that divides the step of the loop."""
     own_ns = max(round(float(settings.attribute("timestep") or 0) * NS_PER_S), 1)
-    if period_ns is None:
-        return own_ns
-    return period_ns // next(n for n in count(-(-period_ns // own_ns)) if period_ns % n == 0)
+    return own_ns if period_ns is None else dividing_step(own_ns, period_ns)

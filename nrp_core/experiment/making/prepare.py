@@ -9,7 +9,6 @@ import traceback
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial, reduce
-from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,7 @@ from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.backends import brains
 from nrp_core.brain.devices.attached import source_among
 from nrp_core.cle.wiring import declare_topics
-from nrp_core.clock import StepPlan, from_milliseconds, milliseconds, seconds
+from nrp_core.clock import StepPlan, dividing_step, from_milliseconds, milliseconds, seconds
 from nrp_core.dsl.functions import TransferFunction, require_new_name
 from nrp_core.dsl.testing import MockBrain, MockEngine, MockWorld
 from nrp_core.errors import (
@@ -161,8 +160,7 @@ def _with_dividing_step(
     """Return a world whose step divides a rounded period, the longest up to its own; say what was rounded."""
     own_ns = step_ns = world.capabilities.step_ns
     if own_ns and period_ns % own_ns and "timestep" in type(world.options).model_fields:
-        steps = next(n for n in count(-(-period_ns // own_ns)) if period_ns % n == 0)
-        step_ns = period_ns // steps
+        step_ns = dividing_step(own_ns, period_ns)
         options = world.options.model_copy(update={"timestep": step_ns})
         world = Side(world.backend, options, world.backend.capabilities(options))
     physics = f"; the physics step is {milliseconds(step_ns):g} ms, not {milliseconds(own_ns):g} ms"

@@ -254,5 +254,7 @@ def test_a_time_step_of_a_file_that_does_not_divide_that_of_the_loop_is_the_next
         options, message = backend.fit(backend.options(), scene, round(period_ms * 1e6))
         assert options.timestep == round(wanted_ms * 1e6)
         assert bool(message) == (wanted_ms != 2.5)
+    options, message = backend.fit(backend.options(), scene, 8_333_333)  # only tiny steps divide that
+    assert (options.timestep, message) == (2_500_000, "")
     given = backend.options.model_validate({"timestep": "1 ms"})
     assert backend.fit(given, scene, 20_000_000) == (given, "")
