@@ -197,7 +197,7 @@ class Parts:
         usual = [imperfect(part, self._engine) for part in usual]
         parts = [with_delays(part, delays) for part in self._engine.parts(usual, model)]
         for part in parts:
-            self._board.connect(part)
+            self._board.connect(part, () if model is None else parts)
         return parts
 
     def begin(self) -> None:

@@ -242,17 +242,23 @@ class Switchboard:
         """Return the part that a topic belongs to, if any."""
         return self._parts.get(topic)
 
-    def connect(self, part: Part) -> None:
+    def connect(self, part: Part, model: Sequence[Part] = ()) -> None:
         """Add the topics of a part; subscribers of topics with the same names stay subscribed.
 
-        Several parts may share one command topic.
+        Several parts of one model may obey one topic of commands.
+
+        Args:
+            part: the part.
+            model: all parts of its model.
 
         Raises:
             TopicError: another part has a topic of that name.
         """
         for topic in part.topics:
             if known := self._topics.get(topic.name):
-                if known.direction is topic.direction is Direction.IN and known.type is topic.type:
+                is_command = known.direction is topic.direction is Direction.IN and known.type is topic.type
+                is_same = (topic.name in part.number_topics) == (topic.name in self._layouts)
+                if is_command and is_same and self._parts.get(topic.name) in model:
                     self._others.setdefault(topic.name, []).append(part)
                     continue
                 who = f"{known.what} and {topic.what}"

@@ -23,7 +23,9 @@ from nrp_core.errors import (
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.messages.geometry_msgs import Twist, Vector3
 from nrp_core.messages.std_msgs import ColorRGBA, Float64
+from nrp_core.scene.model import Link, Model
 from nrp_core.simulation import State
+from nrp_core.world.switchboard import Switchboard
 from nrp_core.world.topics import Direction
 from nrp_core.world.world import World
 
@@ -116,6 +118,23 @@ def test_two_parts_must_not_serve_one_topic(room: Any, golden: Golden) -> None:
     other = replace(husky, name="other")
     with golden.raises(TopicError, match="'/husky/camera'"):
         World(type(room.engine)(replace(room.scene, models=(husky, other, screen))))
+
+
+def test_only_parts_of_one_model_that_take_commands_alike_share_a_topic(room: Any) -> None:
+    husky, screen = room.scene.models
+    (drive,), topic = husky.drives, "/cmd_vel"
+    alone = replace(drive, command_topic=topic, odometry_topic=None, wheel_speeds_topic=None)
+    bare = Model("one", tuple(Link(one.name) for one in husky.links), husky.joints, drives=(alone,))
+    robots = bare, replace(bare, name="two")
+    both = replace(bare, name="both", drives=(alone, replace(alone, name="second")))
+    with pytest.raises(TopicError, match="'/cmd_vel': velocity command of one and velocity command of two"):
+        World(type(room.engine)(replace(room.scene, models=(husky, screen, *robots))))
+    parts = World(type(room.engine)(replace(room.scene, models=(husky, screen, both)))).parts.of("both")
+    board = Switchboard(room.engine, room)
+    board.connect(parts[0], parts)
+    parts[1].number_topics = frozenset()
+    with pytest.raises(TopicError, match="'/cmd_vel'"):
+        board.connect(parts[1], parts)
 
 
 # -- aliases
