@@ -123,6 +123,19 @@ def test_the_program_ends_with_an_exit_code(tmp_path: Path) -> None:
     assert "so its equation is refr_t' = -1" in done.stderr
 
 
+def test_two_files_of_one_name_are_refused(tmp_path: Path) -> None:
+    program = [
+        sys.executable,
+        "-m",
+        "nrp_nestml",
+        tmp_path / "a" / "lif.nestml",
+        tmp_path / "b" / "lif.nestml",
+    ]
+    done = subprocess.run(program, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "several files have the name 'lif'" in done.stderr
+
+
 def test_a_file_without_a_mistake_is_a_cell(tmp_path: Path) -> None:
     cell = cell_of(written(tmp_path, MODEL))
     assert "dV_m/dt" in cell["equations"]

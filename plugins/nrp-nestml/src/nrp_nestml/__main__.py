@@ -20,6 +20,10 @@ def main() -> int:
     if not paths:
         print("usage: nrp-nestml FILE.nestml ...", file=sys.stderr)
         return 2
+    stems = [path.stem for path in paths]
+    if twice := sorted({one for one in stems if stems.count(one) > 1}):
+        print(f"error: several files have the name '{twice[0]}' without the suffix", file=sys.stderr)
+        return 2
     found = {path.stem: _translated(path) for path in paths}
     print(json.dumps(found if len(paths) > 1 else found[paths[0].stem], indent=1))
     return int(any("error" in one for one in found.values()))
