@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
+from nrp_core.clock import from_milliseconds, milliseconds
 from nrp_core.findings import Finding
 from nrp_core.findings.refusals import (
     no_cells,
@@ -13,6 +14,7 @@ from nrp_core.findings.refusals import (
     no_rewiring,
     no_synapses,
     no_voltages,
+    other_step,
 )
 from nrp_core.network.data import Network
 from nrp_core.simulation import Determinism
@@ -190,11 +192,15 @@ class BrainCapabilities:
             name: the backend, for the message.
 
         Raises:
-            CapabilityError: a type is missing; the message names its owner and the nearest supported type.
+            CapabilityError: a type is missing; the message names its owner and the nearest supported type. Or
+                cells are made for another step.
         """
         for population in network.populations.values():
             if not population.is_source and population.cell_type not in self.cells:
                 raise no_cells(name, population.cell_type, population.label, self.cells)
+            step_ms = None if population.equations is None else population.equations.step_ms
+            if step_ms and self.resolution_ns and from_milliseconds(step_ms) != self.resolution_ns:
+                raise other_step(name, milliseconds(self.resolution_ns), step_ms, population.label)
         for projection in network.projections:
             if projection.synapse_type not in self.synapses:
                 if projection.is_continuous:

@@ -33,6 +33,14 @@ def no_cells(backend: str, cell_type: str, population: str, valid: Iterable[str]
     return _no_type(backend, f"cells of type {cell_type} (population '{population}')", cell_type, valid)
 
 
+def other_step(backend: str, resolution_ms: float, step_ms: float, population: str) -> CapabilityError:
+    """Return the error for cells whose equations are made for another step than that of the backend."""
+    return CapabilityError(
+        f"{backend} has a resolution of {resolution_ms:g} ms, and the cells of population '{population}' are "
+        f"integrated in steps of {step_ms:g} ms: set `resolution: {step_ms:g} ms`"
+    )
+
+
 def no_synapses(backend: str, synapse_type: str, projection: str, valid: Iterable[str]) -> CapabilityError:
     """Return the error for a synapse type that a brain backend does not have."""
     if synapse_type == "EquationSynapse":

@@ -55,7 +55,7 @@ from nrp_core.network.equations.model import (
     Variable,
     value_of,
 )
-from nrp_core.network.frozen_values import Plain
+from nrp_core.network.frozen_values import Plain, require_timestep
 from nrp_core.units import AMPERE, NONE, SECOND, Unit, as_unit, quantity, times
 
 _ALWAYS: Final = "(also refractory)"
@@ -183,14 +183,26 @@ def _method(text: str, model: Model) -> str:
 class CellEquations(Plain, Texts):
     """The texts of a cell, which fit together.
 
+    Args:
+        step_ms: the only step of a brain with which the texts are right; None: any.
+
     Raises:
         NetworkError: a text contradicts itself or another; the message names its line.
     """
 
     KIND: ClassVar[str] = CELL_TYPE
 
+    step_ms: float | None = None
+
     def __post_init__(self) -> None:
+        require_timestep(self.step_ms)
         _ = self.model
+
+    def data(self) -> dict[str, Any]:
+        found = super().data()
+        if self.step_ms is None:  # cells without one have the digest that they always had
+            del found["step_ms"]
+        return found
 
     @cached_property
     def model(self) -> Model:

@@ -82,6 +82,19 @@ def test_an_experiment_names_the_groups_and_drives_their_cells(tmp_path: Path) -
         assert 3 in recorder.spikes().neurons
 
 
+def test_a_brain_with_another_step_is_refused_with_both_steps(tmp_path: Path) -> None:
+    path = tmp_path / "script.py"
+    path.write_text(f"{START}cells = NeuronGroup(2, 'dv/dt = -v/taum : 1', method='euler')\nrun(1*ms)\n")
+    network, backend = network_from(path), brains().load("event")
+    options = backend.options.model_validate({"resolution": "0.05 ms"})
+    with pytest.raises(CapabilityError, match=r"0\.05 ms.*'cells'.*0\.1 ms"):
+        backend.open(network, seed=1, options=options)
+    equations = network.populations["cells"].equations
+    assert equations is not None
+    assert equations.step_ms == 0.1
+    assert type(equations).from_data(equations.data()) == equations
+
+
 @pytest.mark.parametrize(
     ("more", "told"),
     [

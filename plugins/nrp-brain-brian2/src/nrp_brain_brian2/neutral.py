@@ -395,6 +395,7 @@ class _Cells:
         equations = CellEquations(
             equations="\n".join(self._lines.values()), threshold=threshold, reset="\n".join(resets),
             receptors=receptors, units=self._units, on_step="\n".join(steps),
+            step_ms=self._dt_s * 1e3,
         )  # fmt: skip
         initial = {name: self._initial(name) for name in equations.model.variables}
         return Population(
