@@ -95,6 +95,15 @@ def test_a_brain_with_another_step_is_refused_with_both_steps(tmp_path: Path) ->
     assert type(equations).from_data(equations.data()) == equations
 
 
+def test_int_truncates_in_cells_as_in_synapses(tmp_path: Path) -> None:
+    path = tmp_path / "script.py"
+    path.write_text(
+        f"{START}cells = NeuronGroup(4, 'dx/dt = int(3*a)*Hz : 1\\na : 1', method='euler')\n"
+        "cells.a = [-1.1, -0.2, 0.9, 1.1]\nrun(5*ms)\n"
+    )
+    np.testing.assert_allclose(vars(run_script(path))["cells"].x[:], 5e-3 * np.array([-3, 0, 2, 3]))
+
+
 @pytest.mark.parametrize(
     ("more", "told"),
     [

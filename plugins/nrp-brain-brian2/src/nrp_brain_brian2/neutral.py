@@ -545,9 +545,4 @@ class _Rewritten(ast.NodeTransformer):
                 time = ast.BinOp(time, ast.Mult(), ast.Name("second"))
             count = ast.BinOp(ast.BinOp(time, ast.Div(), arguments[1]), ast.Add(), ast.Constant(1e-3))
             return ast.Call(ast.Name("floor"), [count], [])
-        is_condition = isinstance(arguments[0], ast.Compare | ast.BoolOp) or (
-            isinstance(arguments[0], ast.UnaryOp) and isinstance(arguments[0].op, ast.Not)
-        )
-        if node.func.id == "int" and not is_condition:
-            return ast.Call(ast.Name("floor"), arguments, [])
         return ast.Call(node.func, arguments, [])
