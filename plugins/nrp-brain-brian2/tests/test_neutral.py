@@ -105,6 +105,27 @@ def test_int_truncates_in_cells_as_in_synapses(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ("given.set_spikes([1], [7]*ms)", "spike times of 'given'"),
+        ("kicks.delay = 2*ms", "delays of 'given→plain"),
+        ("kicks.connect(i=0, j=1)", "cells of 'given→plain"),
+        ("more = Synapses(given, plain, on_pre='x_post += 0.1')\nmore.connect()", "synapses are added"),
+    ],
+)
+def test_what_a_brain_cannot_change_between_runs_is_refused(tmp_path: Path, change: str, told: str) -> None:
+    path = tmp_path / "script.py"
+    path.write_text(
+        f"{START}plain = NeuronGroup(2, 'dx/dt = -x/taum : 1', method='euler')\n"
+        "given = SpikeGeneratorGroup(2, [0, 1], [0.3, 6]*ms)\n"
+        "kicks = Synapses(given, plain, on_pre='x_post += 1')\nkicks.connect()\n"
+        f"run(1*ms)\n{change}\nrun(1*ms)\n"
+    )
+    with pytest.raises(CapabilityError, match=told):
+        run_script(path)
+
+
+@pytest.mark.parametrize(
     ("more", "told"),
     [
         ("cells = NeuronGroup(2, 'dv/dt = -v/ms + xi/ms**.5 : 1', method='euler')", "noise, xi"),

@@ -151,6 +151,9 @@ class _Runs:
             old = before.populations[label]
             if new.equations != old.equations or not _same(new.initial_values, old.initial_values):
                 raise CapabilityError(f"Brian2: the state or equations of '{label}' change between two runs")
+            trains = zip(new.spike_times_ms, old.spike_times_ms, strict=True)
+            if not all(np.array_equal(a, b) for a, b in trains):
+                raise CapabilityError(f"Brian2: the spike times of '{label}' change between two runs")
             changed = {
                 name: values
                 for name, values in new.parameters.items()
@@ -158,6 +161,7 @@ class _Runs:
             }
             if changed:
                 self._brain.set_parameters(network.ids_of(label), changed)
+        _require_same_synapses(network, before)
         for new_one, old_one in zip(network.projections, before.projections, strict=True):
             if not np.array_equal(new_one.weight, old_one.weight):
                 self._brain.set_weights(old_one.label, new_one.weight)
@@ -199,6 +203,16 @@ class _Runs:
 
 def _is_monitor(one: Any) -> bool:
     return hasattr(one, "source") and any(hasattr(one, name) for name in ("record_variables", "smooth_rate"))
+
+
+def _require_same_synapses(network: Network, before: Network) -> None:
+    """Refuse synapses that are added, or whose cells or delays change."""
+    if [one.label for one in network.projections] != [one.label for one in before.projections]:
+        raise CapabilityError("Brian2: synapses are added between two runs of a network")
+    for new, old in zip(network.projections, before.projections, strict=True):
+        for what, name in (("cells", "pre_index"), ("cells", "post_index"), ("delays", "delay_ms")):
+            if not np.array_equal(getattr(new, name), getattr(old, name)):
+                raise CapabilityError(f"Brian2: the {what} of '{old.label}' change between two runs")
 
 
 def _same(a: Mapping[str, FloatArray], b: Mapping[str, FloatArray]) -> bool:
