@@ -6,15 +6,17 @@ import json
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nrp_lab.comparison.decoder import _lagged, ridge
-from nrp_lab.comparison.evidence import Doing, doing_of
-from nrp_lab.comparison.judgement import Relation
+from nrp_lab.comparison.evidence import Doing, Evidence, doing_of
+from nrp_lab.comparison.judgement import Contrast, Estimate, Factor, Relation
+from nrp_lab.comparison.result import GridDiff
 
 BRAIN = """
 import nrp_core.pynn as sim
@@ -109,6 +111,19 @@ def test_one_part_must_need_the_wiring_and_more_than_the_decoder() -> None:
     assert doing_of([kept, slower]) is Doing.BRAIN
     assert doing_of([kept, shaped, slower]) is Doing.WIRING
     assert doing_of([kept, {"rewire": D, "decoder alone": U}]) is Doing.OPEN
+
+
+@pytest.mark.parametrize(("is_finding", "doing"), [(True, Doing.WIRING), (False, Doing.OPEN)])
+def test_only_criteria_and_events_need_the_wiring(is_finding: bool, doing: Doing) -> None:
+    contrasts = [
+        Contrast(Factor.WIRING, "original", other, Estimate(1.0, 0.1, 7), 9.0, 0.001)
+        for other in ("rewire", "decoder alone")
+    ]
+    part = SimpleNamespace(margin=0.1, contrasts=contrasts)
+    judged = SimpleNamespace(metric=SimpleNamespace(is_finding=is_finding), parts=[part])
+    found = Evidence(cast(GridDiff, SimpleNamespace(finding=[judged], runs={})))
+    assert found.doing is doing
+    assert ("no criteria" in found.sentence) is not is_finding
 
 
 @pytest.mark.heavy

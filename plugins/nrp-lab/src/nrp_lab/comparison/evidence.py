@@ -25,7 +25,7 @@ from nrp_lab.comparison.grid import (
     RunGrid,
     run_grid,
 )
-from nrp_lab.comparison.judgement import Contrast, JudgedPart, Judgement, Relation
+from nrp_lab.comparison.judgement import Contrast, JudgedPart, Judgement, Relation, controls_of
 from nrp_lab.comparison.metric import Margins, Metric
 from nrp_lab.comparison.result import GridDiff
 from nrp_lab.comparison.signals import RunSignals
@@ -154,15 +154,21 @@ class Evidence:
     without_decoder: str = ""
 
     @property
+    def finding(self) -> list[Judgement]:
+        """The criteria and events; without any there is no finding, for a decoder alone never fires."""
+        return [judged for judged in self.diff.finding if judged.metric.is_finding]
+
+    @property
     def doing(self) -> Doing:
-        """The cause of the finding."""
-        parts = [part for judged in self.diff.finding for part in judged.parts]
+        """Whose doing the finding is."""
+        parts = [part for judged in self.finding for part in judged.parts]
         return doing_of({one.other: one.relation(part.margin) for one in part.contrasts} for part in parts)
 
     @property
     def sentence(self) -> str:
         """The verdict in a sentence."""
-        return self.doing.format(n=len(self.diff.runs))
+        why = "" if self.finding else ", because the experiment has no criteria and no events"
+        return self.doing.format(n=len(self.diff.runs)) + why
 
     @property
     def controls(self) -> list[str]:
@@ -181,11 +187,11 @@ class Evidence:
 
     def relation(self, name: str) -> Relation:
         """Return the relation of a control to the original, over all parts of the finding."""
-        return self.diff.controls.get(name, Relation.OPEN)
+        return controls_of(self.finding).get(name, Relation.OPEN)
 
     def effects(self, name: str) -> Iterator[tuple[Judgement, JudgedPart, Contrast]]:
         """Yield the effect of a control on each part of the finding."""
-        for judged in self.diff.finding:
+        for judged in self.finding:
             for part in judged.parts:
                 for one in part.contrasts:
                     if one.other == name:

@@ -84,9 +84,9 @@ def subject(diff: GridDiff) -> str:
     )
 
 
-def finding(diff: GridDiff) -> str:
+def finding(diff: GridDiff | Evidence) -> str:
     """Name the metrics of the finding."""
-    return "the finding: " + ", ".join(one.metric.title.lower() for one in diff.finding)
+    return "the finding: " + (", ".join(one.metric.title.lower() for one in diff.finding) or "none")
 
 
 def advice(diff: GridDiff) -> str | None:
@@ -172,6 +172,8 @@ def evidence_data(found: Evidence) -> dict[str, Any]:
     }
     return {
         **grid_data(found.diff),
+        "finding": [one.metric.name for one in found.finding],
+        "controls": {name: found.relation(name) for name in found.controls},
         "doing": found.doing.name.lower(),
         "sentence": found.sentence,
         "decoder": {"missing": found.without_decoder, "explained": found.explained},
@@ -183,7 +185,7 @@ def print_evidence(found: Evidence, console: Console) -> None:
     """Write the cause of the finding and the effect of each control."""
     _print_incomplete(console, found.diff.incomplete)
     console.print(Text(found.sentence, style="bold"))
-    console.print(Text(f"{found.diff.name}, {subject(found.diff)}; {finding(found.diff)}", style="dim"))
+    console.print(Text(f"{found.diff.name}, {subject(found.diff)}; {finding(found)}", style="dim"))
     if found.without_decoder:
         console.print(Text(f"The decoder alone was not run: {found.without_decoder}", style="yellow"))
     table = _table("control", "the finding", "effect [90 %]")

@@ -384,7 +384,7 @@ def evidence_page(found: Evidence, link: Callable[[GridCell], str]) -> str:
     means = [
         f"{judged.metric.title.lower()}, {part.name}: mean "
         f"{report.number(float(np.mean(cell.values)), judged.metric.unit)}"
-        for judged in found.diff.finding
+        for judged in found.finding
         for part in judged.parts
         for cell in part.cells
         if cell.wiring == ORIGINAL and cell.values
