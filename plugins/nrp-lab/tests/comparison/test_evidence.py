@@ -13,10 +13,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from nrp_lab.comparison import evidence
 from nrp_lab.comparison.decoder import _lagged, ridge
-from nrp_lab.comparison.evidence import Doing, Evidence, doing_of
+from nrp_lab.comparison.evidence import Doing, Evidence, doing_of, evidence_grid
+from nrp_lab.comparison.grid import GridCell, RunGrid
 from nrp_lab.comparison.judgement import Contrast, Estimate, Factor, Relation
+from nrp_lab.comparison.metric import Margins
 from nrp_lab.comparison.result import GridDiff
+from nrp_lab.comparison.signals import RunSignals
+
+from nrp_core.errors import CapabilityError
 
 BRAIN = """
 import nrp_core.pynn as sim
@@ -124,6 +130,22 @@ def test_only_criteria_and_events_need_the_wiring(is_finding: bool, doing: Doing
     found = Evidence(cast(GridDiff, SimpleNamespace(finding=[judged], runs={})))
     assert found.doing is doing
     assert ("no criteria" in found.sentence) is not is_finding
+
+
+def test_a_decoder_that_cannot_run_leaves_the_other_controls(monkeypatch: pytest.MonkeyPatch) -> None:
+    grid = evidence_grid("braitenberg_husky", ["rewire: degree_preserving"], {}, 2, (), {})
+
+    def run(asked: RunGrid, *_: object) -> dict[GridCell, RunSignals]:
+        if asked.decoders:
+            raise CapabilityError("no voltage")
+        return {}
+
+    monkeypatch.setattr(evidence, "run_grid", run)
+    monkeypatch.setattr(evidence, "_decoders", lambda _: {1: "a decoder"})
+    monkeypatch.setattr(GridDiff, "of", lambda grid, *_: SimpleNamespace(grid=grid))
+    found = evidence.gather(grid, Path(), 1, lambda *_: None, (), Margins())
+    assert found.without_decoder == "no voltage"
+    assert found.diff.grid == grid
 
 
 @pytest.mark.heavy

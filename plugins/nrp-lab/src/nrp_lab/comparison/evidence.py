@@ -12,7 +12,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from nrp_core.errors import ExperimentError
+from nrp_core.errors import ExperimentError, NrpError
 from nrp_lab.comparison.decoder import Decoder
 from nrp_lab.comparison.grid import (
     DECODER,
@@ -241,9 +241,10 @@ def gather(
     runs, missing = run_grid(grid, results, workers, on_progress), ""
     try:
         decoders = _decoders({cell.seed: run for cell, run in runs.items() if cell.wiring == ORIGINAL})
-        grid = replace(grid, wirings=(*grid.wirings, DECODER), decoders=decoders)
-        runs |= run_grid(_decoders_alone(grid), results, workers, on_progress)
-    except ExperimentError as error:
+        alone = replace(grid, wirings=(DECODER,), decoders=decoders)
+        runs |= run_grid(alone, results, workers, on_progress)
+        grid = replace(alone, wirings=(*grid.wirings, DECODER))
+    except NrpError as error:
         missing = str(error)
     return Evidence(GridDiff.of(grid, runs, metrics, margins, results), missing)
 
@@ -252,7 +253,3 @@ def _decoders(intact: Mapping[int, RunSignals]) -> dict[int, Decoder]:
     if len(intact) < 2:
         raise ExperimentError("a decoder is fitted on the runs of other seeds, so it needs two seeds")
     return {seed: Decoder.fit([run for other, run in intact.items() if other != seed]) for seed in intact}
-
-
-def _decoders_alone(grid: RunGrid) -> RunGrid:
-    return replace(grid, wirings=(DECODER,))
