@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nrp_lab.comparison import evidence
-from nrp_lab.comparison.decoder import _lagged, ridge
+from nrp_lab.comparison.decoder import Decoder, DecoderBackend, DecoderBrain, _lagged, ridge
 from nrp_lab.comparison.evidence import Doing, Evidence, doing_of, evidence_grid
 from nrp_lab.comparison.grid import GridCell, RunGrid
 from nrp_lab.comparison.judgement import Contrast, Estimate, Factor, Relation
@@ -22,7 +22,9 @@ from nrp_lab.comparison.metric import Margins
 from nrp_lab.comparison.result import GridDiff
 from nrp_lab.comparison.signals import RunSignals
 
+from nrp_core.brain import BrainCapabilities, BrainOptions, Network, NoisyCurrentSource, Population
 from nrp_core.errors import CapabilityError
+from nrp_core.network.cells import CELLS
 
 BRAIN = """
 import nrp_core.pynn as sim
@@ -146,6 +148,32 @@ def test_a_decoder_that_cannot_run_leaves_the_other_controls(monkeypatch: pytest
     found = evidence.gather(grid, Path(), 1, lambda *_: None, (), Margins())
     assert found.without_decoder == "no voltage"
     assert found.diff.grid == grid
+
+
+def decoder_brain() -> DecoderBrain:
+    """Return a decoder with 3 steps of history of the mean of one noisy current."""
+    cell = CELLS["IF_curr_exp"]
+    parameters, state = (
+        {name: np.full(1, one.default) for name, one in known.items()}
+        for known in (cell.parameters, cell.state)
+    )
+    population = Population("cells", 1, "IF_curr_exp", parameters, state)
+    zero, none = np.zeros(1), np.zeros((3, 0))
+    decoder = Decoder({"/brain/devices/noise/mean": 1}, (), 3, none, zero[:0], zero[:0], zero[:0], zero[:0])
+    brain = DecoderBackend(
+        decoder, BrainCapabilities(frozenset({"IF_curr_exp"}), frozenset(), changes=frozenset({"weights"}))
+    ).open(Network({"cells": population}), seed=0, options=BrainOptions())
+    assert isinstance(brain, DecoderBrain)
+    return brain
+
+
+def test_the_history_shifts_once_a_step_of_the_loop_with_noise() -> None:
+    brain = decoder_brain()
+    noise = brain.add_source(NoisyCurrentSource(mean=1.0), [0], name="noise")
+    for step in (1, 2):
+        noise.mean = float(step)
+        brain.run_until(step * 20_000_000)
+    np.testing.assert_array_equal(brain._history.ravel(), [2.0, 1.0, 0.0])
 
 
 @pytest.mark.heavy
