@@ -14,7 +14,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nrp_lab.comparison import evidence
-from nrp_lab.comparison.decoder import Decoder, DecoderBackend, DecoderBrain, _lagged, ridge
+from nrp_lab.comparison.decoder import (
+    Decoder,
+    DecoderBackend,
+    DecoderBrain,
+    _lagged,
+    ridge,
+    thinning,
+    with_decoder,
+)
 from nrp_lab.comparison.evidence import Doing, Evidence, doing_of, evidence_grid
 from nrp_lab.comparison.grid import GridCell, RunGrid
 from nrp_lab.comparison.judgement import Contrast, Estimate, Factor, Relation
@@ -23,7 +31,9 @@ from nrp_lab.comparison.result import GridDiff
 from nrp_lab.comparison.signals import RunSignals
 
 from nrp_core.brain import BrainCapabilities, BrainOptions, Network, NoisyCurrentSource, Population
-from nrp_core.errors import CapabilityError
+from nrp_core.dsl import spike_recorder
+from nrp_core.errors import CapabilityError, ExperimentError
+from nrp_core.experiment import Plan
 from nrp_core.network.cells import CELLS
 
 BRAIN = """
@@ -88,6 +98,29 @@ def test_noise_is_not_decoded() -> None:
     rng = np.random.default_rng(0)
     _, _, explained = ridge(rng.normal(size=(300, 100)), rng.normal(size=(300, 1)))
     assert explained[0] < 0.2  # without the penalty a third
+
+
+def test_a_value_is_decoded_as_well_beside_one_in_another_unit() -> None:
+    rng = np.random.default_rng(0)
+    inputs, noise = rng.normal(size=(300, 100)), rng.normal(size=(300, 1))
+    found = [ridge(inputs, np.hstack([unit * inputs[:, :1], noise]))[2] for unit in (1e-3, 1.0, 1e3)]
+    np.testing.assert_allclose(found[1:], found[:-1], atol=1e-6)
+
+
+def test_steps_are_left_out_of_a_fit_that_would_not_fit_in_memory() -> None:
+    inputs = np.arange(20.0).reshape(10, 2)
+    np.testing.assert_array_equal(_lagged(inputs, 3, 4), _lagged(inputs, 3)[::4])
+    assert thinning(1000, 200) == 1
+    assert thinning(200_000, 1000) == 10
+    with pytest.raises(ExperimentError, match="30000"):
+        thinning(1000, 30_000)
+
+
+def test_a_decoder_does_not_stand_in_for_spikes_and_changes_nothing() -> None:
+    reads = SimpleNamespace(name="count", mappings={"spikes": SimpleNamespace(kind=spike_recorder)})
+    with pytest.raises(ExperimentError, match=r"'count'.*'spikes'"):
+        with_decoder(cast(Plan, SimpleNamespace(functions=[reads])), cast(Decoder, None))
+    assert not decoder_brain().capabilities.changes
 
 
 D, E, U = Relation.DIFFERENT, Relation.EQUIVALENT, Relation.OPEN

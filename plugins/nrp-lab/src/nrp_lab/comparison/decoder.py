@@ -26,6 +26,7 @@ from nrp_core.brain import (
     Spikes,
     SynapticEvents,
 )
+from nrp_core.dsl import spike_recorder
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment import Plan
 from nrp_core.recording import Role, Series
@@ -37,6 +38,9 @@ REACH_S = 0.2
 PENALTIES = np.logspace(-6, 4, 41)
 """Penalties of the regression, relative to the variance of an input; the best one has the least error by
 generalised cross-validation: Golub, Heath and Wahba 1979, Technometrics 21:215."""
+
+MOST_INPUTS, MOST_VALUES = 20_000, 20_000_000
+"""Columns and size of the matrix of a fit, of 160 MB; the fit takes a few times that."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +71,7 @@ class Decoder:
         """Return the decoder of some runs.
 
         Raises:
-            ExperimentError: functions do not set a source or do not read a value of a sink.
+            ExperimentError: functions do not set a source or do not read a value of a sink, or set too many.
         """
         runs = list(runs)
         sources, sinks = ({one.name: one for run in runs for one in _series(run, role)}
@@ -79,9 +83,11 @@ class Decoder:
             name: max(_values(run, name, Role.SOURCE).shape[1] for run in runs) for name in sorted(sources)
         }
         names, lags = sorted(sinks), max(1, round(REACH_S / runs[0].step_s))
-        inputs = np.concatenate([_lagged(_inputs(run, widths), lags)[:-1] for run in runs])
+        every = thinning(sum(len(run.times_s) for run in runs), lags * sum(widths.values()))
+        inputs = np.concatenate([_lagged(_inputs(run, widths)[:-1], lags, every) for run in runs])
         values = np.concatenate([
-            np.concatenate([_values(run, name, Role.SINK)[1:, :1] for name in names], axis=1) for run in runs
+            np.concatenate([_values(run, name, Role.SINK)[1::every, :1] for name in names], axis=1)
+            for run in runs
         ])  # fmt: skip
         weights, offsets, explained = ridge(inputs, values)
         return cls(widths, names, lags, weights, offsets, values.min(axis=0), values.max(axis=0), explained)
@@ -101,8 +107,23 @@ class Decoder:
         return guess
 
 
+def thinning(n_steps: int, n_inputs: int) -> int:
+    """Return which steps are fitted, every first, second or later one, so that they fit in memory.
+
+    Raises:
+        ExperimentError: there are too many inputs.
+    """
+    if n_inputs > MOST_INPUTS:
+        raise ExperimentError(
+            f"the sources have {n_inputs} values in {REACH_S:g} s, more than {MOST_INPUTS} for a decoder"
+        )
+    return max(1, -(-n_steps * n_inputs // MOST_VALUES))
+
+
 def ridge(inputs: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return weights, offsets and explained shares of variance of a regression of values on inputs.
+
+    The penalty is the same for all values, which count alike whatever their units.
 
     Args:
         inputs: shape ``(n, n_inputs)``.
@@ -112,7 +133,8 @@ def ridge(inputs: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArra
     scale[scale == 0.0] = np.inf
     offset = values.mean(axis=0)
     left, sizes, right = np.linalg.svd((inputs - centre) / scale, full_matrices=False)
-    target, n = values - offset, len(values)
+    size, n = values.std(axis=0), len(values)
+    target = (values - offset) / np.where(size > 0, size, np.inf)
     projected = left.T @ target
     total = (target**2).sum()
     errors = []
@@ -121,10 +143,11 @@ def ridge(inputs: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArra
         residual = total - ((2 * kept - kept**2)[:, np.newaxis] * projected**2).sum()
         errors.append(residual / max(n - 1 - kept.sum(), 1e-9) ** 2)
     penalty = n * PENALTIES[int(np.argmin(errors))]
-    weights = (right.T @ ((sizes / (sizes**2 + penalty))[:, np.newaxis] * projected)) / scale[:, np.newaxis]
+    weights = right.T @ ((sizes / (sizes**2 + penalty))[:, np.newaxis] * projected)
+    weights *= size / scale[:, np.newaxis]
     offsets = offset - centre @ weights
-    residuals, spread = values - inputs @ weights - offsets, target.var(axis=0)
-    explained = np.where(spread > 0, 1 - residuals.var(axis=0) / np.where(spread > 0, spread, 1), 1.0)
+    residuals = values - inputs @ weights - offsets
+    explained = np.where(size > 0, 1 - residuals.var(axis=0) / np.where(size > 0, size**2, 1), 1.0)
     return weights, offsets, explained
 
 
@@ -148,18 +171,30 @@ def _inputs(run: RunSignals, widths: Mapping[str, int]) -> FloatArray:
     return np.concatenate(columns, axis=1)
 
 
-def _lagged(inputs: FloatArray, lags: int) -> FloatArray:
-    """Return for each time the inputs of the last steps, the latest first; before the start they are 0."""
+def _lagged(inputs: FloatArray, lags: int, every: int = 1) -> FloatArray:
+    """Return for each time, or k-th, the inputs of the last steps, the latest first; 0 before the start."""
     n, width = inputs.shape
     padded = np.concatenate([np.zeros((lags - 1, width)), inputs])
-    return np.concatenate([padded[lags - 1 - lag : lags - 1 - lag + n] for lag in range(lags)], axis=1)
+    return np.concatenate(
+        [padded[lags - 1 - lag : lags - 1 - lag + n : every] for lag in range(lags)], axis=1
+    )
 
 
 # -- as a brain
 
 
 def with_decoder(plan: Plan, decoder: Decoder) -> Plan:
-    """Return a plan with a decoder instead of the simulator."""
+    """Return a plan with a decoder in the place of the simulator.
+
+    Raises:
+        ExperimentError: a function reads spikes, which a decoder does not have.
+    """
+    for function in plan.functions:
+        for parameter, mapping in function.mappings.items():
+            if getattr(mapping, "kind", None) is spike_recorder:
+                raise ExperimentError(
+                    f"'{function.name}' reads spikes with its parameter '{parameter}', and a decoder has none"
+                )
     backend = DecoderBackend(decoder, plan.brain.capabilities)
     options = BrainOptions()
     side = replace(plan.brain, backend=backend, options=options, capabilities=backend.capabilities(options))
@@ -177,8 +212,8 @@ class DecoderBackend(BrainBackend):
     def __init__(self, decoder: Decoder, capabilities: BrainCapabilities) -> None:
         self._decoder = decoder
         self._capabilities = replace(
-            capabilities, determinism=Determinism.BITWISE, state_variables=frozenset(), snapshot=False,
-            releases_gil=False,
+            capabilities, determinism=Determinism.BITWISE, state_variables=frozenset(), changes=frozenset(),
+            rewiring=False, rewards=False, synapse_state=frozenset(), snapshot=False, releases_gil=False,
         )  # fmt: skip
 
     def capabilities(self, options: BrainOptions) -> BrainCapabilities:
@@ -230,8 +265,6 @@ class DecoderBrain(Brain):
     def _do_inject(self, events: SynapticEvents) -> None: ...
 
     def _do_set_current(self, currents_na: FloatArray) -> None: ...
-
-    def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None: ...
 
     def _do_read_weights(self, projection: Projection) -> FloatArray:
         return projection.weight.copy()
