@@ -167,6 +167,20 @@ def test_only_criteria_and_events_need_the_wiring(is_finding: bool, doing: Doing
     assert ("no criteria" in found.sentence) is not is_finding
 
 
+def test_two_animals_of_one_name_are_refused() -> None:
+    def controls(*animals: str) -> tuple[str, ...]:
+        return evidence_grid(
+            "braitenberg_husky", ["rewire: degree_preserving"], {"animal": animals}, 2, (), {}
+        ).wirings
+
+    assert controls("a/fly.nrpnet", "a/fly.nrpnet", "worm.nrpnet")[-2:] == (
+        "animal: fly.nrpnet",
+        "animal: worm.nrpnet",
+    )
+    with pytest.raises(ExperimentError, match=r"fly\.nrpnet"):
+        controls("a/fly.nrpnet", "b/fly.nrpnet")
+
+
 def test_a_decoder_that_cannot_run_leaves_the_other_controls(monkeypatch: pytest.MonkeyPatch) -> None:
     grid = evidence_grid("braitenberg_husky", ["rewire: degree_preserving"], {}, 2, (), {})
 

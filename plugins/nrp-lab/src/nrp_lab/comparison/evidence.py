@@ -219,6 +219,9 @@ def evidence_grid(
         seeds: number of seeds.
         settings: overrides of all runs.
         varied: settings that are drawn with each seed.
+
+    Raises:
+        ExperimentError: two files of animals have one name; or as for :meth:`RunGrid.of`.
     """
     grid = RunGrid.of(experiment, (), (), seeds, settings, varied, controls)
     wirings = dict.fromkeys([*grid.wirings, *(() if controls else WIRINGS)])
@@ -227,9 +230,12 @@ def evidence_grid(
         if kind == SILENCE:
             wirings[f"{MATCHED}: {cells}"] = None
     own = {grid.brains[0], grid.worlds[0]}
-    made = dict(
+    made: dict[str, Sequence[str]] = {}
+    for name, changes in (
         OTHERS[key][1](value) for key, values in others.items() for value in values if value not in own
-    )
+    ):
+        if made.setdefault(name, changes) != changes:
+            raise ExperimentError(f"two files have the name of '{name}', and each needs a name of its own")
     return replace(grid, wirings=(*wirings, *made), others=made)
 
 
