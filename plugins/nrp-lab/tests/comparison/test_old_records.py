@@ -88,6 +88,17 @@ def test_rows_of_equal_times_are_counted(
     assert np.allclose(cells.old, 3 * rows.old)
 
 
+def test_events_without_numbers_and_after_the_end_are_named(tmp_path: Path) -> None:
+    header = "time,text,given"
+    for name, rows in (("one", ["0,a,1", "1,b,", "1,b,1"]), ("old", ["0,c,1", "1,d,1", "1,d,1", "9,d,1"])):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "s.csv").write_text("\n".join([header, *rows]))
+    found = RecordsDiff.of(tmp_path / "one", tmp_path / "old", {})
+    for reason, word in zip(found.missing, ("s.csv/text' has no numbers", "2 of 3"), strict=True):
+        assert word in reason
+    assert "run ended at 1" in " ".join(found.beyond)
+
+
 def test_the_command_reports_in_a_page_and_its_exit_code(
     nrp: Any, both: tuple[Path, Path], tmp_path: Path
 ) -> None:

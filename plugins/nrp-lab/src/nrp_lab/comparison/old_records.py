@@ -177,11 +177,12 @@ class _File:
         missing = [f"the run has no column '{name}/{each}'" for each in old if each not in one]
         beyond = [f"the old records have no column '{name}/{each}'" for each in one if each not in old]
         one, old = ({header: table[header] for header in old if header in one} for table in (one, old))
+        beyond += _outside(name, "old records", own, then)
         if all(len(np.unique(times)) == len(times) for times in (own, then)):
             missing += _outside(name, "run", then, own)
-            beyond += _outside(name, "old records", own, then)
             pairs = _columns(one, old, key, own, then)
         else:
+            beyond += _outside(name, "run", then, own)  # the last event need not be the end of the run
             pairs = _sums(one, old, key, own, then)
         signals = []
         for header, times, a, b in pairs:
@@ -227,7 +228,10 @@ def _columns(one: _Table, old: _Table, key: str | None, own: FloatArray, then: F
 
 
 def _sums(one: _Table, old: _Table, key: str | None, own: FloatArray, then: FloatArray) -> _Pairs:
-    """Yield the number of rows, and the sum of each column, up to each time."""
+    """Yield the number of rows, and the sum of each column, up to each time.
+
+    A sum is NaN for a column of text, and while it lacks more numbers than the other.
+    """
     times = np.union1d(own, then)
 
     def so_far(at: FloatArray, values: FloatArray) -> FloatArray:
@@ -238,7 +242,12 @@ def _sums(one: _Table, old: _Table, key: str | None, own: FloatArray, then: Floa
     yield _ROWS, times, so_far(own, np.ones(len(own))), so_far(then, np.ones(len(then)))
     for header, values in old.items():
         if header != key:
-            yield header, times, so_far(own, one[header]), so_far(then, values)
+            mine, theirs = (so_far(at, ~np.isfinite(x)) for at, x in ((own, one[header]), (then, values)))
+            a, b = (
+                so_far(at, x) if np.isfinite(x).any() else np.full(len(times), np.nan)
+                for at, x in ((own, one[header]), (then, values))
+            )
+            yield header, times, np.where(mine > theirs, np.nan, a), np.where(theirs > mine, np.nan, b)
 
 
 def _timed(table: _Table, key: str | None) -> tuple[FloatArray, _Table]:
