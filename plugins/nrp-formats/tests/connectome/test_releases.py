@@ -195,3 +195,12 @@ def test_text_without_pyarrow_is_the_same_network(tmp_path: Path) -> None:
 def test_a_row_that_does_not_fit_is_an_error(row: str, told: str, tmp_path: Path) -> None:
     with pytest.raises(NetworkError, match=told):
         read_connectome(write(tmp_path / "wrong.csv", "pre,post,weight", "1,2,3", row))
+
+
+def test_an_excluded_transmitter_of_edges_is_left_out_whatever_its_source(tmp_path: Path) -> None:
+    edges, neurons, rule = (tmp_path / name for name in ("edges.csv", "neurons.csv", "rule.csv"))
+    edges.write_text("pre,post,weight,nt_type\n1,2,3,SER\n1,2,5,ACH\n2,1,1,GABA\n")
+    neurons.write_text("root_id,nt_type\n1,ACH\n2,GABA\n")
+    rule.write_text("type,sign\nser,exclude\n")
+    made = read_connectome(edges, neurons, unit_mv=1.0, unknown=rule)
+    assert sorted(w for one in made.network.projections for w in one.weight) == [-1.0, 5.0]

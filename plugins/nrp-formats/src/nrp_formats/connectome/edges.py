@@ -13,7 +13,7 @@ import numpy as np
 from nrp_core.brain import BoolArray, FloatArray, IntArray
 from nrp_core.errors import NetworkError
 from nrp_formats.connectome import matrices
-from nrp_formats.connectome.signs import Signs
+from nrp_formats.connectome.signs import LEFT_OUT, Signs
 from nrp_formats.connectome.tables import (
     TEXT_SUFFIXES,
     Columns,
@@ -90,7 +90,9 @@ def read_edges(path: Path, signs: Signs | None = None) -> Iterator[EdgeChunk]:
     signs = signs or Signs()
     if path.suffix.lower() == ".json":
         for layer, found in matrices.read_cect(path):
-            yield _of_matrix(found, signs.of_transmitter(layer), is_electrical=layer == matrices.JUNCTIONS)
+            sign, is_electrical = signs.of_transmitter(layer), layer == matrices.JUNCTIONS
+            if is_electrical or sign != LEFT_OUT:
+                yield _of_matrix(found, sign, is_electrical=is_electrical)
         return
     names = column_names(path)
     has_ends = any(name in names for name in PRE) and any(name in names for name in POST)
@@ -161,8 +163,8 @@ class _Layout:
         kinds = self._kinds(rows, len(pre))
         sign, unknown = self._signs(rows, signs, count, kinds)
         filled = has_pre & has_post & np.isfinite(count)
-        kept = filled & ~np.isin(kinds, list(RECEIVED))
         is_electrical = np.isin(kinds, list(ELECTRICAL))
+        kept = filled & ~np.isin(kinds, list(RECEIVED)) & (is_electrical | (sign != LEFT_OUT))
         return EdgeChunk(
             pre[kept], post[kept], np.abs(count[kept]), sign[kept], is_electrical[kept], {**ours, **theirs},
             self._is_plain, int((~filled).sum()), unknown,

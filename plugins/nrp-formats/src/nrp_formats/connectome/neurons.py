@@ -11,7 +11,7 @@ import numpy as np
 
 from nrp_core.brain import FloatArray, IntArray
 from nrp_core.errors import NetworkError
-from nrp_formats.connectome.signs import Signs
+from nrp_formats.connectome.signs import LEFT_OUT, Signs
 from nrp_formats.connectome.tables import (
     chosen_column,
     column_ids,
@@ -65,7 +65,8 @@ class Neurons:
         known = self.texts.get("transmitter")
         if known is None:
             return np.zeros(len(self.ids), int)
-        return np.array([signs.of_transmitter(text) for text in known], int)
+        found = np.array([signs.of_transmitter(text) for text in known], int)
+        return np.where(found == LEFT_OUT, 0, found)  # the names of the cell decide
 
     def labels(self, index: int) -> list[str]:
         """Return the name, type, class and transmitter of a neuron as far as they are known."""

@@ -17,6 +17,8 @@ INHIBITORY: Final = frozenset({"gaba", "glut", "glutamate", "histamine", "inhibi
 """Signs in the fly: Shiu et al. (2024), and Hardie (1989, Nature 339:704) for histamine."""
 EXCLUDE: Final = "exclude"
 EXCITE: Final = "excite"
+LEFT_OUT: Final = 2
+"""The sign of edges of an excluded transmitter, which are left out whatever the type of their source."""
 _WORDS: Final = {
     "excitatory": 1, "1": 1, "+1": 1, "1.0": 1, "inhibitory": -1, "-1": -1, "-1.0": -1, EXCLUDE: 0, "0": 0,
 }  # fmt: skip
@@ -52,10 +54,10 @@ class Signs:
         return cls(None, _read(path))
 
     def of_transmitter(self, text: str) -> int:
-        """Return 1 or -1, or 0 for an unknown transmitter."""
+        """Return 1 or -1, 0 for an unknown transmitter, or ``LEFT_OUT`` for one that the user excludes."""
         name = text.strip().lower()
         known = 1 if name in EXCITATORY else -1 if name in INHIBITORY else 0
-        return self.given.get(name, known)
+        return self.given.get(name, known) or (LEFT_OUT if name in self.given else 0)
 
     def decided(self, names: Iterable[str]) -> int | None:
         """Return 1, -1 or 0 (exclude) for the edges of a cell with these names; None if it is undecided."""
