@@ -1,14 +1,17 @@
 """An experiment as an archive, and its repetition."""
 
 import json
+import subprocess
 import sys
 import zipfile
 from importlib.metadata import version
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from nrp_lab.comparison.grid import RunGrid
+from nrp_lab.paper import requirements
 from nrp_lab.paper.archive import write_archive
 from nrp_lab.paper.methods import values_text
 from nrp_lab.paper.verification import Outcome, compare_runs
@@ -180,3 +183,10 @@ def test_every_experiment_that_ships_is_an_archive_that_can_be_repeated(
     done = nrp("paper", target, "--verify", "--json")
     assert done.code == 0
     assert [run["outcome"] for run in json.loads(done.out)["runs"]] == ["identical"]
+
+
+def test_wheels_that_cannot_be_built_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    origin = json.dumps({"url": tmp_path.as_uri(), "dir_info": {"editable": True}})
+    monkeypatch.setattr(requirements, "distribution", lambda _: SimpleNamespace(read_text=lambda _: origin))
+    monkeypatch.setattr(subprocess, "run", lambda *_, **__: SimpleNamespace(returncode=1))
+    assert requirements.write_wheels(["nrp-core==1", "numpy==2"], tmp_path) == ["nrp-core"]

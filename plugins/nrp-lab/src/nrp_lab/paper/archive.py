@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
@@ -73,8 +73,7 @@ def write_archive(grid: RunGrid, target: Path, workers: int, progress: Progress)
         (folder / "requirements.txt").write_text("\n".join(lines) + "\n", "utf-8")
         (folder / "tables.tex").write_text(latex_tables(page), "utf-8")
         (folder / WHEELS).mkdir()
-        write_wheels(lines, folder / WHEELS)
-        _write_readme(manifest, folder)
+        _write_readme(manifest, folder, write_wheels(lines, folder / WHEELS))
         places = neutral_places(first.run["file"].removeprefix("experiment"))
         for cell in grid.cells:
             make_anonymous(grid.folder(folder / RUNS, cell))
@@ -131,9 +130,9 @@ def _manifest(
     }  # fmt: skip
 
 
-def _write_readme(manifest: Mapping[str, Any], folder: Path) -> None:
+def _write_readme(manifest: Mapping[str, Any], folder: Path, missing: Sequence[str]) -> None:
     figures = sorted(path.name for path in (folder / "figures").iterdir())
-    text = template("readme.md.j2").render(**manifest, figures=figures)
+    text = template("readme.md.j2").render(**manifest, figures=figures, missing=missing)
     (folder / "README.md").write_text(text, "utf-8")
 
 

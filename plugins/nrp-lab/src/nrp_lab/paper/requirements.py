@@ -53,23 +53,28 @@ def files_elsewhere(runs: Iterable[Mapping[str, Any]]) -> list[str]:
     return sorted(path for path in read if Path(path).is_absolute())
 
 
-def write_wheels(lines: Iterable[str], folder: Path) -> None:
-    """Write the wheel of each distribution of this project, which may be missing from package indexes.
+def write_wheels(lines: Iterable[str], folder: Path) -> list[str]:
+    """Write the wheel of each distribution of this project, which no package index may have.
 
-    A distribution installed in place from a clone is built; others are reassembled from the installed files.
+    Return the distributions that could not be built.
+
+    A clone that is installed in place is built; of others, what was installed is put together again.
 
     Args:
         lines: lines of a ``requirements.txt``.
         folder: a folder that exists.
     """
+    missing = []
     for name in (line.partition("==")[0] for line in lines if line.startswith("nrp-")):
         origin = json.loads(distribution(name).read_text("direct_url.json") or "{}")
         if origin.get("dir_info", {}).get("editable"):
             command = [sys.executable, "-P", "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
             source = url2pathname(urlparse(origin["url"]).path)
-            subprocess.run(command, cwd=source, check=False, capture_output=True)
+            if subprocess.run(command, cwd=source, check=False, capture_output=True).returncode:
+                missing.append(name)
         else:
             _put_together(name, folder)
+    return missing
 
 
 def _put_together(name: str, folder: Path) -> None:
