@@ -165,6 +165,7 @@ def test_only_criteria_and_events_need_the_wiring(is_finding: bool, doing: Doing
     found = Evidence(cast(GridDiff, SimpleNamespace(finding=[judged], runs={})))
     assert found.doing is doing
     assert ("no criteria" in found.sentence) is not is_finding
+    assert ("linear decoder" in found.sentence) is is_finding
 
 
 def test_two_animals_of_one_name_are_refused() -> None:
