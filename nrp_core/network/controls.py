@@ -91,11 +91,11 @@ _QUARTERS: Final = (0.25, 0.5, 0.75)
 def with_matched_cells_silenced(network: Network, cells: str, seeds: Seeds) -> Network:
     """Return the network with as many other cells silenced as a population or group has.
 
-    Each is drawn from the same population and quarter of the numbers of outgoing synapses, if it has
-    enough other cells.
+    Each is drawn from the same population and quarter of the numbers of outgoing synapses, as far as that
+    has enough other cells; the rest from the whole population.
 
     Raises:
-        NetworkError: no other cell has outgoing synapses.
+        NetworkError: a population has too few other cells with outgoing synapses.
         NeuronSelectionError: the cells do not exist.
     """
     named, rng = network.neurons(cells), seeds.stream("matched")
@@ -110,9 +110,15 @@ def with_matched_cells_silenced(network: Network, cells: str, seeds: Seeds) -> N
         for number in np.unique(quarter[mine]):
             alike = ids[others & (quarter == number)]
             drawn.append(rng.choice(alike, min(len(alike), int((mine & (quarter == number)).sum())), False))
+        rest = np.setdiff1d(ids[others], np.concatenate(drawn))
+        lacking = int(mine.sum()) - int(np.isin(ids, np.concatenate(drawn)).sum())
+        if lacking > len(rest):
+            raise NetworkError(
+                f"'{cells}' has {mine.sum()} cells of '{label}', which has only {others.sum()} others with "
+                "synapses to silence instead"
+            )
+        drawn.append(rng.choice(rest, lacking, False))
     matched = np.sort(np.concatenate(drawn))
-    if not len(matched):
-        raise NetworkError(f"no other cell is like those of '{cells}', so none can be silenced instead")
     changed = Intervention.silence("matched").of(
         replace(network, views={**network.views, "matched": matched})
     )

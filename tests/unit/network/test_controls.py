@@ -258,6 +258,16 @@ def test_cells_that_are_silenced_instead_are_as_many_others_of_the_same_quarter_
     assert found.views == network.views
 
 
+def test_as_many_cells_are_silenced_if_a_quarter_has_too_few_others() -> None:
+    network = sparse(3)
+    degrees = np.bincount(np.concatenate([one.pre_index for one in network.projections]), minlength=N)
+    most = np.argsort(degrees)[-N // 3 :]
+    network = replace(network, views={"most": np.sort(most)})
+    found = with_matched_cells_silenced(network, "most", Seeds(0))
+    left = np.bincount(np.concatenate([one.pre_index for one in found.projections]), minlength=N)
+    assert ((left == 0) & (degrees > 0)).sum() == len(most)
+
+
 def test_nothing_is_silenced_instead_of_everything(golden: Golden) -> None:
     with golden.raises(NetworkError, match="'n'"):
         with_matched_cells_silenced(sparse(0), "n", Seeds(0))
