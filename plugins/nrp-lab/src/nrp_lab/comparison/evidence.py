@@ -107,7 +107,7 @@ def about(name: str) -> str:
 class Doing(StrEnum):
     """The cause of a behaviour."""
 
-    WIRING = "The behaviour needs the wiring: a random network of the same kind and a linear decoder change it"
+    WIRING = "The behaviour needs the wiring: a random network of its kind and a linear decoder change it"
     DECODER = "The behaviour needs only the decoder"
     SIMULATOR = "The behaviour depends on the simulator"
     BRAIN = "The behaviour needs a brain, but not this wiring"
