@@ -219,7 +219,7 @@ def test_the_history_shifts_once_a_step_of_the_loop_with_noise() -> None:
     brain = decoder_brain()
     noise = brain.add_source(NoisyCurrentSource(mean=1.0), [0], name="noise")
     for step in (1, 2):
-        noise.mean = float(step)
+        setattr(noise, "mean", float(step))  # noqa: B010  a source in general has no mean
         brain.run_until(step * 20_000_000)
     np.testing.assert_array_equal(brain._history.ravel(), [2.0, 1.0, 0.0])
 
