@@ -91,7 +91,7 @@ def without_rounding_errors(times_ms: npt.ArrayLike) -> FloatArray:
 
 
 def dividing_step(step_ns: int, period_ns: int) -> int:
-    """Return the longest step up to a given one that divides a period; the given one if all are far shorter."""
+    """Return the longest step up to a given one that divides a period; that one if all are far shorter."""
     fewest = -(-period_ns // step_ns)
     return next((period_ns // n for n in range(fewest, 4 * fewest + 1) if period_ns % n == 0), step_ns)
 

@@ -149,7 +149,7 @@ def equation_cell(
         key: value_with_unit("parameters", key, value, CELL_TYPE) for key, value in parameters.items()
     }
     units = {key: unit.text for key, (_, unit) in defaults.items()}
-    cell = CellEquations(**texts, receptors=dict(receptors), units=units, method=method)
+    cell = CellEquations(**texts, receptors=dict(receptors), units=units, method=method, step_ms=None)
     state = {key: Parameter(0.0, variable.unit.text) for key, variable in cell.model.variables.items()}
     state |= {key: _initial(cell, key, value) for key, value in initial.items()}
     summary = "A cell given as equations:\n\n" + cell.equations.strip("\n")
