@@ -94,8 +94,7 @@ class Switchboard:
         self.started = False
         self.observers: list[Callable[[str, Stamped], None]] = []
         self._engine, self._step_ns, self._owner = engine, engine.step_ns, owner
-        self._parts: dict[str, Part] = {}
-        self._others: dict[str, list[Part]] = {}
+        self._parts: dict[str, list[Part]] = {}  # several obey one topic of commands
         self._layouts: dict[str, NumberLayout] = {}
         self._topics: dict[str, TopicInfo] = {}
         self._aliases: dict[str, str] = {}
@@ -240,7 +239,7 @@ class Switchboard:
 
     def part(self, topic: str) -> Part | None:
         """Return the part that a topic belongs to, if any."""
-        return self._parts.get(topic)
+        return next(iter(self._parts.get(topic, ())), None)
 
     def connect(self, part: Part, model: Sequence[Part] = ()) -> None:
         """Add the topics of a part; subscribers of topics with the same names stay subscribed.
@@ -258,13 +257,14 @@ class Switchboard:
             if known := self._topics.get(topic.name):
                 is_command = known.direction is topic.direction is Direction.IN and known.type is topic.type
                 is_same = (topic.name in part.number_topics) == (topic.name in self._layouts)
-                if is_command and is_same and self._parts.get(topic.name) in model:
-                    self._others.setdefault(topic.name, []).append(part)
+                sharing = self._parts.get(topic.name, [])
+                if is_command and is_same and any(each in model for each in sharing):
+                    sharing.append(part)
                     continue
                 who = f"{known.what} and {topic.what}"
                 raise TopicError(f"two parts of the scene have the topic '{topic.name}': {who}")
             self._topics[topic.name] = topic
-            self._parts[topic.name] = part
+            self._parts[topic.name] = [part]
             if topic.name in part.number_topics:
                 self._layouts[topic.name] = layout_of(topic.type)
             subscriptions = [s for s in self._subscriptions if s.topic.name == topic.name]
@@ -277,11 +277,8 @@ class Switchboard:
     def disconnect(self, part: Part) -> None:
         """Remove the topics of a part; their subscribers receive no further messages."""
         for topic in part.topics:
-            if others := self._others.get(topic.name):
-                if self._parts[topic.name] is part:
-                    self._parts[topic.name] = others.pop(0)
-                else:
-                    others.remove(part)
+            self._parts[topic.name].remove(part)
+            if self._parts[topic.name]:
                 continue
             del self._topics[topic.name], self._parts[topic.name]
             self._layouts.pop(topic.name, None)
@@ -291,7 +288,7 @@ class Switchboard:
     def _sampling(self, info: TopicInfo) -> Sampling:
         assert info.rate_hz is not None
         schedule = SampleSchedule.of(info.rate_hz, self._step_ns)
-        sampling = Sampling(info, schedule, self._parts[info.name])
+        sampling = Sampling(info, schedule, self._parts[info.name][0])
         sampling.due_ns = self._next_sample(sampling)
         return sampling
 
@@ -349,11 +346,10 @@ class Switchboard:
 
     def _send(self, name: str, message: Any, numbers: Sequence[float] | None) -> None:
         """Deliver a message that its sender does not change any more, or the numbers in it."""
-        part = self._parts.get(name)
-        if part is not None:
+        if parts := self._parts.get(name):
             try:
-                for each in (part, *self._others.get(name, ())):
-                    each.write(name, message if numbers is None else numbers, self._engine.now_ns)
+                for part in parts:
+                    part.write(name, message if numbers is None else numbers, self._engine.now_ns)
             except BaseException as error:
                 self._fail(name, error)
                 raise
@@ -371,12 +367,12 @@ class Switchboard:
         """Deliver the finite numbers of a message to the parts of its topic, if any."""
         self._owner.require_ready()
         alone = not self.observers and self._held is None and name in self._layouts
-        part = self._parts.get(name) if alone else None
-        if part is None:
+        parts = self._parts.get(name) if alone else None
+        if parts is None:
             return False
         try:
-            for each in (part, *self._others.get(name, ())):
-                each.write(name, numbers, self._engine.now_ns)
+            for part in parts:
+                part.write(name, numbers, self._engine.now_ns)
         except BaseException as error:
             self._fail(name, error)
             raise
@@ -385,7 +381,7 @@ class Switchboard:
     def _read_now(self, name: str) -> Stamped | None:
         owner = self._owner
         owner.require_ready(or_failed=True)
-        part, now_ns = self._parts.get(name), self._engine.now_ns
+        part, now_ns = self.part(name), self._engine.now_ns
         return None if part is None else Stamped(now_ns, part.read(name, now_ns))
 
     def next_due(self) -> int | None:
