@@ -13,6 +13,7 @@ from nrp_core._support.arrays import IntArray
 from nrp_core.cli.output import document
 from nrp_core.network.data import Network
 from nrp_core.network.files import read_network
+from nrp_core.network.files.network_file import SUFFIX
 
 _MAX_GROUPS = 8
 _MAX_HUBS = 5
@@ -22,8 +23,6 @@ _QUANTILES = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 def is_network(file: Path) -> bool:
     """Return whether a file has the suffix of network files."""
-    from nrp_core.network.files.network_file import SUFFIX
-
     return file.suffix == SUFFIX and file.is_file()
 
 
@@ -46,7 +45,8 @@ def inspect_network(file: Path, image: Path | None, *, as_json: bool) -> None:
 
 def describe(network: Network) -> dict[str, Any]:
     """Return numbers about the cells and synapses of a network."""
-    out, into = (_degrees(network, end) for end in ("pre", "post"))
+    ends = _ends(network)
+    out, into = (np.bincount(one, minlength=network.size) for one in ends)
     excites, inhibits = (_sources(network, excite) > 0 for excite in (True, False))
     groups = sorted(network.views, key=lambda name: -len(network.views[name]))
     return {
@@ -60,18 +60,18 @@ def describe(network: Network) -> dict[str, Any]:
         "out_degrees": _quantiles(out),
         "in_degrees": _quantiles(into),
         "hubs": {_name(network, cell): int(out[cell]) for cell in np.argsort(-out)[:_MAX_HUBS] if out[cell]},
-        "synapses_apart": paths(network, _telling(network)),
+        "synapses_apart": paths(network, ends, _telling(network)),
         "remarks": network.remarks,
     }  # fmt: skip
 
 
-def paths(network: Network, groups: list[str]) -> dict[str, dict[str, int]]:
+def paths(network: Network, ends: tuple[IntArray, IntArray], groups: list[str]) -> dict[str, dict[str, int]]:
     """Return the smallest number of synapses from each group to every group that it reaches."""
     from scipy.sparse import csr_array
 
     n = network.size
-    ends = [_ends(network, end) for end in ("pre", "post")]
-    forward = csr_array((np.ones(len(ends[0]), np.int8), (ends[1], ends[0])), (n, n), dtype=bool)
+    pre, post = ends
+    forward = csr_array((np.ones(len(pre), np.int8), (post, pre)), (n, n), dtype=bool)
     found: dict[str, dict[str, int]] = {}
     for source in groups:
         reached = np.zeros(n, bool)
@@ -116,7 +116,7 @@ def _draw_map(network: Network, path: Path) -> None:
 
 
 def _counts_between(network: Network, groups: list[str]) -> np.ndarray:
-    pre, post = (_ends(network, end) for end in ("pre", "post"))
+    pre, post = _ends(network)
     counts = np.zeros((len(groups), len(groups)))
     for row, source in enumerate(groups):
         targets = np.bincount(post[np.isin(pre, network.views[source])], minlength=network.size)
@@ -130,14 +130,12 @@ def _telling(network: Network, most: int = _MAX_GROUPS) -> list[str]:
     return sorted(small, key=lambda name: -len(network.views[name]))[:most]
 
 
-def _ends(network: Network, end: str) -> IntArray:
-    """Return the global id of one end of each synapse."""
-    parts = [network.offsets[getattr(one, end)] + getattr(one, f"{end}_index") for one in network.projections]
-    return np.concatenate([np.empty(0, np.int64), *parts])
-
-
-def _degrees(network: Network, end: str) -> IntArray:
-    return np.bincount(_ends(network, end), minlength=network.size)
+def _ends(network: Network) -> tuple[IntArray, IntArray]:
+    """Return the global ids of the sources and of the targets of all synapses."""
+    none, offsets = np.empty(0, np.int64), network.offsets
+    pre = [offsets[one.pre] + one.pre_index for one in network.projections]
+    post = [offsets[one.post] + one.post_index for one in network.projections]
+    return np.concatenate([none, *pre]), np.concatenate([none, *post])
 
 
 def _sources(network: Network, excite: bool) -> IntArray:
