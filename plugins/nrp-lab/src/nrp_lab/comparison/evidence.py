@@ -155,7 +155,7 @@ class Evidence:
 
     @property
     def finding(self) -> list[Judgement]:
-        """The criteria and events; without any there is no finding, for a decoder alone never fires."""
+        """The criteria and events; rates do not count, because a decoder alone never fires."""
         return [judged for judged in self.diff.finding if judged.metric.is_finding]
 
     @property

@@ -84,12 +84,12 @@ class GridDiff:
 
 def _divergences(grid: RunGrid, runs: Mapping[GridCell, RunSignals]) -> list[Divergence]:
     """Compare every backend with the first one of its side, and every control, for the first seed."""
+    if grid.decoders or grid.others:
+        return []
     seed, (brain, *brains), (world, *worlds) = grid.seeds[0], grid.brains, grid.worlds
     own, *others = grid.variants
     pairs = [(GridCell(brain, w, seed, own), GridCell(b, w, seed, own)) for b in brains for w in grid.worlds]
     pairs += [(GridCell(b, world, seed, own), GridCell(b, w, seed, own)) for w in worlds for b in grid.brains]
-    if grid.decoders or grid.others:
-        return []
     if not grid.timesteps:  # steps of runs with different ones cannot be compared
         pairs += [
             (GridCell(brain, world, seed, own), GridCell(brain, world, seed, control)) for control in others
