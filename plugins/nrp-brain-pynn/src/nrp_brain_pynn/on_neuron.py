@@ -91,7 +91,7 @@ class ThresholdWatch:
         if not len(self.neurons):
             return np.empty(0, np.bool_)
         self._pointers.gather(self._found)
-        below: BoolArray = self._found.as_numpy() <= self._thresholds
+        below: BoolArray = np.asarray(self._found) <= self._thresholds  # as_numpy() leaks an object
         return below
 
 
@@ -220,8 +220,8 @@ class NeuronDriver(LateWeightsDriver):
     def take_spikes(self) -> Spikes:
         """Return spikes; those of the last step, which NEURON checks only in the next one, are found here."""
         # NEURON sums its steps, with rounding
-        steps = np.rint(self._times.as_numpy() / self.grid.step_ms).astype(np.int64)
-        neurons = self._gid_to_id[self._gids.as_numpy().astype(np.int64)]
+        steps = np.rint(np.asarray(self._times) / self.grid.step_ms).astype(np.int64)
+        neurons = self._gid_to_id[np.asarray(self._gids).astype(np.int64)]
         self._times.resize(0)
         self._gids.resize(0)
         fresh = steps > self._taken
