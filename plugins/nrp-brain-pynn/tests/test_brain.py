@@ -63,7 +63,7 @@ def test_the_death_of_its_process_is_one_clear_error(simulator, network, opened)
 
 
 def held_memory(simulator):
-    """Return the bytes of Python and NumPy, and the numbers in vectors of NEURON, which Python does not count."""
+    """Return the bytes of Python and NumPy, and how many numbers are in vectors of NEURON."""
     gc.collect()
     in_vectors = 0
     if simulator == "neuron":
