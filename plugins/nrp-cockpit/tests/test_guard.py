@@ -64,7 +64,7 @@ def ask(server: Server, target: str, *headers: str, host: str = "127.0.0.1:{port
         *([f"Host: {host.format(port=server.port)}"] if host else []),
         *headers,
     ]
-    with socket.create_connection(("127.0.0.1", server.port), timeout=10) as connection:
+    with socket.create_connection(("127.0.0.1", server.port), timeout=60) as connection:
         connection.sendall("\r\n".join([*lines, "", ""]).encode())
         received = b""
         while b"\r\n\r\n" not in received or " 101 " not in received.decode(errors="replace")[:20]:

@@ -116,7 +116,7 @@ def test_processes_of_programs_and_forks_end_with_the_run(
     file = tmp_path / "pid"
     with opened(f"{start.format(file=file)}\n{_FUNCTION}") as run:
         run.run_until(0.04)
-        deadline = time.monotonic() + 5.0
+        deadline = time.monotonic() + 60.0
         while not (file.exists() and file.read_text().strip()) and time.monotonic() < deadline:
             time.sleep(0.01)
         pid = int(file.read_text())

@@ -137,7 +137,7 @@ def test_functions_changed_before_the_first_step_are_changed_again(
 
     def answer_at_once(server: ControlServer) -> None:
         answer(server)
-        client.join(10)
+        client.join(60)
 
     monkeypatch.setattr(ControlServer, "answer", answer_at_once)
     client.start()
