@@ -277,10 +277,11 @@ def test_it_steps_forth_and_back_and_runs_to_a_time(desk: Desk):
 
 
 def test_a_pause_is_answered_while_it_plays_slowly(desk: Desk):
-    desk.call("pace", factor=1e-6)  # a step takes five hours
+    desk.call("pace", factor=1e-4)  # a step takes 200 seconds
     desk.call("play")
     desk.call("pause")
-    assert desk.said("status")["state"] == "paused"
+    status = desk.said("status")
+    assert (status["state"], status["t_s"]) == ("paused", 0.0)
 
 
 def test_it_says_what_was_recorded(desk: Desk, folder: Path):
