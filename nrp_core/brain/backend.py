@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import ConfigDict
@@ -23,8 +23,14 @@ BRAIN_INTERFACE_VERSION = 1
 
 
 class BrainOptions(PlainNumbers):
-    """Base class of a backend's options in an experiment file; unknown names are errors."""
+    """Base class of a backend's options in an experiment file; unknown names are errors.
 
+    Attributes:
+        before: what the backend did before it had an option, by its name, if that is not the default:
+            recordings of that time are replayed with it.
+    """
+
+    before: ClassVar[Mapping[str, Any]] = {}
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 

@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 
 from nrp_core._support import machine
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
 from nrp_core.recording import old_names
+from nrp_core.recording.folder.recording_folder import RecordingFolder, recorded_experiment
 from nrp_core.recording.reading.steps import steps_of
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest
@@ -68,6 +71,19 @@ def test_a_replay_of_version_0_2_0_is_bit_for_bit() -> None:
         outcome = again.verify()
     assert outcome.difference is None
     assert outcome.identical
+
+
+def test_what_a_backend_did_before_it_had_an_option_is_done_in_a_replay(tmp_path: Path) -> None:
+    again = recorded_experiment(Recording(FOLDER), ["duration=40 ms"])
+    assert again.brain.options == {"integration": "steps"}
+    new = tmp_path / "new"
+    with Run(load_experiment(FOLDER / "experiment.yaml", ["duration=40 ms"])) as run:
+        folder = RecordingFolder(run, new)
+        run.run()
+        folder.close("finished")
+    assert recorded_experiment(Recording(new)).brain.options == {}
+    with Replay(Recording(new), ReplayRequest()) as replay:
+        assert replay.verify().identical
 
 
 @pytest.mark.parametrize(

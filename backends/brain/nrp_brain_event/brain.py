@@ -63,7 +63,8 @@ class EventBrain(Brain):
         super().__init__(network, seed=seed, capabilities=capabilities, identity=identity)
         self._ahead: list[tuple[IntArray, FloatArray]] = []
         self._wired = wired(network)
-        self._initial = engine = build_engine(self._wired, options.tolerance)
+        quadrature = options.integration == "quadrature"
+        self._initial = engine = build_engine(self._wired, options.tolerance, quadrature=quadrature)
         self._rewards, more = rewards_of(
             network, engine.row_of, None, engine._asdict(), lambda: self._plastic
         )

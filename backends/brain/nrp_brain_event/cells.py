@@ -36,7 +36,7 @@ _REMAINING: Final = {"gsyn_exc": 0, "gsyn_inh": 1, "isyn_exc": 0, "isyn_inh": 1}
 """PyNN's names of the synaptic variables, and their synapse."""
 
 
-def load_cells(network: Network, tolerance_mv: float) -> tuple[Array, IntArray]:
+def load_cells(network: Network, tolerance_mv: float, *, quadrature: bool = False) -> tuple[Array, IntArray]:
     """Return the records of all cells that are not sources, and their rows by global id.
 
     State variables that the network does not set start at PyNN's initial values; the gates of HH_cond_exp at
@@ -54,7 +54,7 @@ def load_cells(network: Network, tolerance_mv: float) -> tuple[Array, IntArray]:
         ids = network.ids_of(population.label)
         row_of[ids] = np.arange(rows.start, rows.stop)
         cells["id"][rows] = ids
-        cells["tolerance"][rows] = tolerance_mv
+        cells["tolerance"][rows], cells["quadrature"][rows] = tolerance_mv, quadrature
         if population.equations is None:
             _load_population(cells[rows], population, int(ids[0]))
         else:
@@ -91,7 +91,8 @@ def with_parameters(
     """
     parameters = {**_parameters_of(cells, CELL_TYPES[population.cell_type]), **values}
     fresh = np.zeros(len(cells), cells.dtype)
-    fresh["id"], fresh["tolerance"] = cells["id"], cells["tolerance"]
+    for name in ("id", "tolerance", "quadrature"):
+        fresh[name] = cells[name]
     some = replace(population, size=len(cells), parameters=parameters, initial_values={}, positions_um=None)
     _load_population(fresh, some, first_id)
     return fresh

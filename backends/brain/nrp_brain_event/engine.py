@@ -80,7 +80,7 @@ _LISTS: Final = 64
 """Number of sorted lists, each of twice the length of the previous one: enough for all events."""
 
 
-def build_engine(network: Network, tolerance_mv: float) -> EngineArrays:
+def build_engine(network: Network, tolerance_mv: float, *, quadrature: bool) -> EngineArrays:
     """Return the engine of a network at time 0, all neurons about to start.
 
     Raises:
@@ -90,7 +90,7 @@ def build_engine(network: Network, tolerance_mv: float) -> EngineArrays:
     width_ms = 2.0 ** floor(log2(min(shortest_ms, _LONGEST_WINDOW_MS)))
     n_windows = min(max(int(longest_ms / width_ms) + 2, _FEWEST_WINDOWS), _MOST_WINDOWS)
     n_windows = 1 << (n_windows - 1).bit_length()
-    cells, row_of = load_cells(network, tolerance_mv)
+    cells, row_of = load_cells(network, tolerance_mv, quadrature=quadrature)
     modes, kinds = modes_of(cells)
     clock, events = np.zeros(1, Clock.dtype()), np.zeros(_ROOM, Event.dtype())
     clock["width"], clock["per_width"] = width_ms, 1.0 / width_ms

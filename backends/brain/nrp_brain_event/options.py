@@ -6,7 +6,7 @@ Whether a network runs on the lazy grid. Importing this does not load a compiler
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Final, Literal, Self
+from typing import Any, ClassVar, Final, Literal, Self
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
@@ -26,12 +26,18 @@ _TOLERANCE_MV: Final = 1e-9
 class EventOptions(BrainOptions):
     """Options of the ``event`` backend."""
 
+    before: ClassVar[Mapping[str, Any]] = {"integration": "steps"}
     tolerance: float = Field(
         default=_TOLERANCE_MV,
         gt=1e-13,
         le=1e-2,
         description="largest local error (mV) of an integration step, for cells without a closed form: "
         "conductance-based, adaptive exponential, Izhikevich, Hodgkin-Huxley",
+    )
+    integration: Literal["quadrature", "steps"] = Field(
+        default="quadrature",
+        description="how the exact mode computes the voltage of `IF_cond_exp` below its threshold: as an "
+        "integral, or by steps as for the other cells, many times slower and within the same error",
     )
     resolution: DurationNs | None = Field(
         default=None,

@@ -110,6 +110,8 @@ class CellParameters(Record):
     """Local error allowed to an integration step, mV."""
     scale: float
     """The same error in the other state variables, per mV."""
+    quadrature: int
+    """Whether its voltage is an integral where it stays below the threshold."""
     longest_step: float
     shortest_step: float
     """Minimum step, ms; a shorter one means that the equations cannot be integrated."""

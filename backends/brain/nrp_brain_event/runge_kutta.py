@@ -19,6 +19,7 @@ from typing import Final
 
 import numpy as np
 
+from nrp_brain_event.conductance import INTEGRAL, is_integral, length_below_threshold, voltage_after
 from nrp_brain_event.records import (
     ADAPTIVE_EXPONENTIAL,
     CONDUCTANCE,
@@ -142,6 +143,8 @@ _AT_REST: Final = 1e-12
 def state_at(cell: Cell, variable: int, t: float) -> float:
     """Return a state variable at a time within the present step."""
     c = cell.path
+    if cell.step == INTEGRAL:
+        return float(voltage_after(cell, t - cell.t))
     x = (t - cell.t) / cell.step
     value = c[variable, 3] + x * c[variable, 4]
     for power in range(2, -1, -1):
@@ -163,6 +166,8 @@ def stand_at(cell: Cell, t: float) -> None:
 def take_step(cell: Cell, work: Work) -> bool:
     """Take one step from the neuron's time; update next at its end, or never if the neuron is at rest.
 
+    A cell with exponential conductances that stays below its threshold does so without stages.
+
     Returns:
         False if no step is short enough.
     """
@@ -178,6 +183,11 @@ def take_step(cell: Cell, work: Work) -> bool:
     slopes(cell, work, _START)
     if longest == inf and silent(cell) and _at_rest(cell, work, n):
         return True
+    if is_integral(cell):
+        step = length_below_threshold(cell)
+        if step > 0.0:
+            cell.step, cell.wake = INTEGRAL, cell.t + step
+            return True
     step = min(min(cell.next_step, cell.longest_step), longest)
     while True:
         error = _try_step(cell, work, n, step)
@@ -198,6 +208,8 @@ def take_step(cell: Cell, work: Work) -> bool:
 def rise_within_step(cell: Cell, work: Work) -> float:
     """Return the time within the present step at which the voltage rises to the threshold, or infinity."""
     c = cell.path
+    if cell.step == INTEGRAL:
+        return inf
     # the largest of the Bernstein coefficients is a bound on the polynomial
     bound = max(c[0, 0] + c[0, 1] / 4, c[0, 0] + c[0, 1] / 2 + c[0, 2] / 6)
     bound = max(bound, c[0, 0] + 3 * c[0, 1] / 4 + c[0, 2] / 2 + c[0, 3] / 4)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -19,6 +19,7 @@ from nrp_core._support import machine
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.files import replace_file
 from nrp_core._support.json_values import to_jsonable
+from nrp_core.brain.backends import brains
 from nrp_core.clock import NS_PER_S
 from nrp_core.dsl.mappings import write_csv
 from nrp_core.errors import CapabilityError, ExperimentError, RecordingError
@@ -182,6 +183,7 @@ def recorded_experiment(recording: Recording, overrides: Sequence[str] = ()) -> 
         ExperimentError: it is missing, or invalid.
     """
     own = recording.folder / EXPERIMENT_NAME
+    overrides = [*overrides, *_options_before(recording.run.get("brain") or {})]
     if own.is_file():
         return load_experiment(own, overrides)
     written = recording.run.get("file")
@@ -189,6 +191,14 @@ def recorded_experiment(recording: Recording, overrides: Sequence[str] = ()) -> 
         raise ExperimentError(f"cannot be run again: it has no {EXPERIMENT_NAME}", path=recording.folder)
     before = [str(one) for one in recording.run.get("overrides") or ()]
     return load_experiment(recording.folder / str(written), [*before, *overrides])
+
+
+def _options_before(brain: Mapping[str, Any]) -> Iterator[str]:
+    """Yield overrides for options of the brain backend that did not exist when a run was recorded."""
+    if brain.get("backend") in {provider.name for provider in brains().providers()}:
+        for name, value in brains().load(str(brain["backend"])).options.before.items():
+            if name not in brain.get("options", ()):
+                yield f"brain.options.{name}={value}"
 
 
 def _with_copied_files(tree: Tree, files: Collection[Path], root: Path) -> Any:
@@ -441,6 +451,7 @@ def _about(run: Run, root: Path) -> dict[str, Any]:
         "brain": {
             "backend": experiment.brain.backend,
             "capabilities": run.brain.capabilities,
+            "options": sorted(brains().load(experiment.brain.backend).options.model_fields),
             "network": run.brain.network.digest,
             **groups_data(run.brain.network),
             "projections": [projection_data(each) for each in run.brain.network.projections],
