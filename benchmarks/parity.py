@@ -461,6 +461,31 @@ def slipped(mass: float, engine: str) -> float:
         return 1e3 * (before + lifted - world.model_motion("box").pose.position[2])
 
 
+def crept_out(engine: str, **options: float) -> float:
+    """Return by how much a box of 0.2 kg slips in 10 s between two fingers that press with 2.5 N each, mm."""
+    moment, joints = (0.001, 0.001, 0.001, 0.0, 0.0, 0.0), []
+    base, controllers = Link("base", inertial=Inertial(5.0)), []
+    fingers = [
+        Link(name, Pose((0.0, y, 1.0)), Inertial(0.1, inertia=moment),
+             collisions=(Collision("c", Box((0.1, 0.02, 0.1)), friction=0.5),))
+        for name, y in (("left", 0.0601), ("right", -0.0601))
+    ]  # fmt: skip
+    for each, sign in zip(fingers, (-1.0, 1.0), strict=True):
+        axis = (0.0, sign, 0.0)
+        joints.append(Joint(each.name, "prismatic", "base", each.name, each.pose, axis, -0.1, 0.1))
+        controllers.append(JointController(each.name, "effort", f"/hand/{each.name}", None))
+    fixed = Joint("fixed", "fixed", "world", "base")
+    hand = Model("hand", (base, *fingers), (fixed, *joints), controllers=tuple(controllers))
+    box = prop("box", Box((0.1, 0.1, 0.08)), Pose((0.0, 0.0, 1.0)), 0.2, 0.5, 0.0005)
+    with opened(engine, scene(hand, box), **options) as world:
+        for finger in ("left", "right"):
+            world.advertise(f"/hand/{finger}").publish(Float64(2.5))
+        advance(world, 1.0)
+        before = world.model_motion("box").pose.position[2]
+        advance(world, 10.0)
+        return 1e3 * (before - world.model_motion("box").pose.position[2])
+
+
 def rolled(file: Path, command: tuple[float, float], drive: str, engine: str) -> str:
     """Return the way (m) and the turn (degrees) of a robot in 4 s of a command."""
     with opened(engine, scene(FLOOR, read_model(file, name="robot")), drive=drive) as world:
@@ -474,6 +499,10 @@ def robots(turtlebot3: Path | None, engines: Sequence[str]) -> None:
          *(f"{slipped(mass, engine):.2g}" for engine in engines))
         for mass in (0.1, 0.5, 1.5)
     ]  # fmt: skip
+    said = "two fingers hold 0.2 kg with 2.5 N each for 10 s: slip, mm"
+    rows.append((said, "0", *(f"{crept_out(engine):.2g}" for engine in engines)))
+    firm = f"{crept_out('mujoco', impratio=100.0):.2g}"
+    rows.append((f"{said}, `impratio: 100`", "0", *(firm if each == "mujoco" else "-" for each in engines)))
     for drive in ("planar", "physical") if turtlebot3 else ():
         assert turtlebot3 is not None
         for command, ideal_end in (((0.2, 0.0), "0.800, 0.0"), ((0.0, 0.5), "0.000, 114.6")):

@@ -496,6 +496,13 @@ class Code(Enum):
         "{n} parts of the brain do nothing",
         Weight.INCOMPLETE,
     )
+    NRP386 = Explanation(
+        "An object that a robot holds or carries slides, although friction would hold it.",
+        "Friction in MuJoCo yields under a constant load: the object leaves the grasp after a while.",
+        "Set the option `impratio` of the world to 100.",
+        "{n} held objects slide",
+        Weight.ALTERED,
+    )
 
     def __repr__(self) -> str:
         return f"Code.{self.name}"

@@ -162,7 +162,7 @@ def mujoco() -> Any:
         ),
         (
             lambda: mujoco().open(nrp_core.Scene(()), seed=1, options={}),
-            "MujocoBackend.open: options is {}; it must be a PhysicsOptions",
+            "MujocoBackend.open: options is {}; it must be a MujocoOptions",
         ),
         (
             lambda: mujoco().open("room.sdf"),

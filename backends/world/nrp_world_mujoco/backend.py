@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import isclose
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
 
 from nrp_core.clock import seconds
 from nrp_core.scene.model import Scene
@@ -17,10 +19,24 @@ if TYPE_CHECKING:
     from nrp_core.world.engine_kit.jointed import JointedEngine
 
 
+class MujocoOptions(PhysicsOptions):
+    """Options of the ``mujoco`` backend."""
+
+    impratio: Annotated[
+        float | None,
+        Field(
+            ge=1,
+            le=1000,
+            description="by how much friction is harder than contacts; held objects do not slide with 100. "
+            "By default that of the scene's MJCF file, or 1",
+        ),
+    ] = None
+
+
 class MujocoBackend(PhysicsBackend):
     """Scenes in MuJoCo."""
 
-    options = PhysicsOptions
+    options = MujocoOptions
     interface_version = 2
     engine_name = "MuJoCo"
     remedy = "pip install --force-reinstall mujoco-core"

@@ -79,13 +79,14 @@ class Built:
     warnings: Findings
 
 
-def build(scene: Scene, *, timestep_ns: int, physical: bool = False) -> Built:
+def build(scene: Scene, *, timestep_ns: int, physical: bool = False, impratio: float | None = None) -> Built:
     """Compile a scene.
 
     Args:
         scene: the scene.
         timestep_ns: the physics step.
         physical: whether wheels move the robot by friction.
+        impratio: the ratio of the impedances of friction and contacts; None for that of the scene.
 
     Raises:
         SceneError: MuJoCo refuses it, or it is inconsistent.
@@ -100,11 +101,14 @@ def build(scene: Scene, *, timestep_ns: int, physical: bool = False) -> Built:
     settings = settings_of_scene(scene)
     builder = _Builder(scene, spec, physical, settings)
     try:
-        return builder.built()
+        built = builder.built()
     except ValueError as error:
         if isinstance(error, SceneError):
             raise
         raise SceneError(f"MuJoCo cannot build the scene: {' '.join(str(error).split())}") from error
+    if impratio is not None:
+        built.model.opt.impratio = impratio
+    return built
 
 
 class _Builder:

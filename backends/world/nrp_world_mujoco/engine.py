@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from math import isfinite
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,20 +19,25 @@ from nrp_core.scene.model import Scene
 from nrp_core.scene.rigid import BodyPath, JointStates, JointTargets, Pose, Quaternion, ReadFrames, Wrench
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import MOST_RATE
-from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf, PhysicsOptions
+from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf
 from nrp_world_mujoco.build import Built, build
 from nrp_world_mujoco.control import Control
+from nrp_world_mujoco.creep import Creep
 from nrp_world_mujoco.drive import Decays, Drive
 from nrp_world_mujoco.library import SAID, mujoco, scalar_first
 from nrp_world_mujoco.motion import Floating, JointReader, motion_of
 from nrp_world_mujoco.muscles import ActuatorGroup, PresentState
 from nrp_world_mujoco.one_file import settings_of
 
+if TYPE_CHECKING:
+    from nrp_world_mujoco.backend import MujocoOptions
+
 
 class MujocoEngine(JointedEngine):
-    """A scene in MuJoCo; see :class:`~nrp_core.world.engine_kit.jointed.PhysicsOptions`."""
+    """A scene in MuJoCo; see :class:`~nrp_world_mujoco.backend.MujocoOptions`."""
 
     _built: Built
+    _options: MujocoOptions
     _control: Control
     _drives: dict[tuple[str, str], Drive]
     _joints: dict[str, JointReader]
@@ -43,7 +48,7 @@ class MujocoEngine(JointedEngine):
         *,
         seed: int,
         capabilities: WorldCapabilities,
-        options: PhysicsOptions,
+        options: MujocoOptions,
         built: Built | None = None,
     ) -> None:
         name = f"mujoco {mujoco.__version__}"
@@ -72,7 +77,9 @@ class MujocoEngine(JointedEngine):
     def _do_load(self, scene: Scene, built: Built | None = None) -> None:
         options = self._options
         physical = options.drive == "physical"
-        self._built = built or build(scene, timestep_ns=options.timestep, physical=physical)
+        self._built = built or build(
+            scene, timestep_ns=options.timestep, physical=physical, impratio=options.impratio
+        )
         self._model = self._built.model
         self.warnings += self._built.warnings
         self._data = mujoco.MjData(self._model)
@@ -89,6 +96,7 @@ class MujocoEngine(JointedEngine):
         self._control = Control(self._built, self._data, seconds(options.timestep))
         self._present = PresentState(self._model, self._data)
         self._groups: dict[tuple[str, tuple[str, ...]], ActuatorGroup] = {}
+        self._creep = Creep(self._built, self._data)
         self._decays = Decays(self._built, self._data, seconds(options.timestep))
         self._survey(scene)
         self._refresh()
@@ -123,6 +131,11 @@ class MujocoEngine(JointedEngine):
         else:
             self._step(steps)
         self._stale = True
+        for held, holder, speed in self._creep.after(steps):
+            message = (
+                f"'{held}' slides along '{holder}' at {1e3 * speed:.2g} mm/s, although friction holds it"
+            )
+            self.warnings.add(Code.NRP386, message, subject=held)
         if SAID or self._warned.tobytes() != self._calm:
             self._report_warnings()
 
@@ -253,6 +266,7 @@ class MujocoEngine(JointedEngine):
 
     def _continue(self, model: str | None = None) -> None:
         super()._continue(model)
+        self._creep.forget()
         self._stale = True
         self._mute_warnings()
 
