@@ -145,6 +145,8 @@ def with_stand_ins(network: Network, sizes: dict[str, int]) -> Network:
 
 def _filled(projection: Projection, n: int) -> Projection:
     (sources, targets), (weights, delays_ms) = np.zeros((2, n), np.int32), np.ones((2, n))
+    if projection.is_continuous:
+        delays_ms = np.zeros(n)
     return replace(projection, pre_index=sources, post_index=targets, weight=weights, delay_ms=delays_ms)
 
 

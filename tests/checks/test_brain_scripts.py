@@ -17,10 +17,11 @@ from nrp_conformance.brain.kit import SAMPLES
 
 from nrp_core.checks import confined_network, network_summary
 from nrp_core.checks.confined_network import ConfinedBuild
-from nrp_core.checks.network_summary import described, skeleton_of
+from nrp_core.checks.network_summary import described, skeleton_of, with_stand_ins
 from nrp_core.checks.validate import validate_file
 from nrp_core.findings import Finding, Level
 from nrp_core.network.files.script import load_network
+from nrp_core.network.pynn import builder
 from nrp_core.network.rewiring import Neuromodulation, Rewiring
 
 
@@ -64,6 +65,20 @@ def test_a_skeleton_has_a_projection_of_each_kind_that_a_backend_may_refuse(
     assert [one.label for one in found] == [plain.label, "good", "grows", *(["again"] if again else [])]
     assert [one.neuromodulation for one in found] == [None, reward.neuromodulation, None, *again]
     assert [one.rewiring for one in found] == [None, None, grows.rewiring, *again]
+
+
+@pytest.mark.parametrize(
+    "synapse",
+    ["StaticSynapse", "TsodyksMarkramSynapse", "ElectricalSynapse", "GradedSynapse", "RectifiedSynapse"],
+)
+def test_stand_ins_are_a_network_whatever_synapses_transmit(synapse: str) -> None:
+    sim = builder()
+    cells = sim.Population(3, sim.IF_cond_exp(), label="cells")
+    law = getattr(sim, synapse)(weight=0.001)
+    sim.Projection(cells, cells, sim.AllToAllConnector(allow_self_connections=False), law, label="joined")
+    skeleton = skeleton_of(json.loads(json.dumps(described(sim.network()))))
+    (joined,) = with_stand_ins(skeleton, {"joined": 6}).projections
+    assert (joined.size, joined.synapse_type) == (6, law.kind)
 
 
 @pytest.fixture
