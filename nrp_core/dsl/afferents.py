@@ -1,18 +1,17 @@
-"""The mean rates of afferents of muscles.
+"""The mean rates of afferents of muscles, in Hz.
 
-Units are those of the literature: rates in Hz, stretches in mm, tensions in N.
+The parameters of :class:`Spindle` and :class:`TendonOrgan` are in mm and N, those of a cat. The normalised
+ones are in optimal lengths and peak forces of each muscle, so that they fit a body of any size.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-
-_MM = 1e3
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +35,10 @@ class Spindle:
         highest: the highest rate, Hz.
     """
 
+    normalized: ClassVar[bool] = False
+    _units: ClassVar[float] = 1e3
+    """The length in which the parameters are, per unit of the arguments: mm per m."""
+
     ia_bias: float = 50.0
     ia_stretch: float = 2.0
     ia_velocity: float = 4.3
@@ -57,16 +60,45 @@ class Spindle:
             velocity: m/s, positive where the muscle lengthens.
             activation: 0 to 1.
         """
-        speed = np.abs(np.multiply(velocity, _MM))
+        speed = np.abs(np.multiply(velocity, self._units))
         speed = np.where(speed > self.dead_zone, speed, 0.0) ** self.ia_exponent
         moving = self.gamma_dynamic * self.ia_velocity * np.sign(velocity) * speed
-        held = self.gamma_static * (self.ia_bias + self.ia_stretch * np.multiply(stretch, _MM))
+        held = self.gamma_static * (self.ia_bias + self.ia_stretch * np.multiply(stretch, self._units))
         return np.clip(held + moving + np.multiply(activation, self.ia_emg), 0.0, self.highest)
 
     def ii(self, stretch: Any, activation: Any = 0.0) -> Any:
         """Return the rate of secondary endings, Hz; arguments as in :meth:`ia`."""
-        held = self.gamma_static * (self.ii_bias + self.ii_stretch * np.multiply(stretch, _MM))
+        held = self.gamma_static * (self.ii_bias + self.ii_stretch * np.multiply(stretch, self._units))
         return np.clip(held + np.multiply(activation, self.ii_emg), 0.0, self.highest)
+
+
+@dataclass(frozen=True, slots=True)
+class NormalizedSpindle(Spindle):
+    """The same form with stretches in optimal lengths (L0) and velocities in L0/s.
+
+    ``Ia = 200 x + 65 sign(v) |v|^0.5`` has the slopes and the exponent that two public codes attribute to
+    A. Prochazka, Prog. Brain Res. 123:133 (1999), which was not read; II has the slope of Ia. There is no
+    bias: stretches are measured from ``rest``, which is below the lengths at which muscles pull. The effect
+    of the activation is that of :class:`Spindle`.
+
+    Args:
+        rest: the length without stretch, L0.
+        by_rest: stretches and velocities are in lengths at rest, not optimal ones, and muscles that are
+            shorter than at rest have a stretch of 0. S. N. Markin et al., Ann. N. Y. Acad. Sci. 1198:21
+            (2010), have such a threshold; their numbers were not read, so give your own.
+    """
+
+    normalized: ClassVar[bool] = True
+    _units: ClassVar[float] = 1.0
+
+    ia_bias: float = 0.0
+    ia_stretch: float = 200.0
+    ia_velocity: float = 65.0
+    ia_exponent: float = 0.5
+    ii_bias: float = 0.0
+    ii_stretch: float = 200.0
+    rest: float = 0.4
+    by_rest: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +114,8 @@ class TendonOrgan:
         scale: N.
         highest: the highest rate, Hz.
     """
+
+    normalized: ClassVar[bool] = False
 
     gain: float = 60.0
     scale: float = 4.0
@@ -108,6 +142,29 @@ class TendonOrgan:
         last, before, out, earlier = state
         rate = (b[0] * now + b[1] * last + b[2] * before - a[1] * out - a[2] * earlier) / a[0]
         return np.clip(rate, 0.0, self.highest), np.stack([now, last, rate, out])
+
+
+@dataclass(frozen=True, slots=True)
+class NormalizedTendonOrgan(TendonOrgan):
+    """Rates that are proportional to the tension in peak forces (F0), with the same filter.
+
+    The static rate is ``gain * (F / F0 - threshold)``, at least 0. The default gain is a definition: the peak
+    force has the highest rate.
+
+    Args:
+        gain: Hz.
+        scale: not used.
+        threshold: the share of the peak force from which on the organs fire.
+    """
+
+    normalized: ClassVar[bool] = True
+
+    gain: float = 250.0
+    threshold: float = 0.0
+
+    def static(self, tension: Any) -> Any:
+        """Return the rate for a constant tension (peak forces), Hz."""
+        return self.gain * np.maximum(np.subtract(tension, self.threshold), 0.0)
 
 
 def _bilinear(polynomial: tuple[float, float, float], step_s: float) -> tuple[float, float, float]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from nrp_core._support.arrays import IntArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.checked_arguments import checks_arguments
-from nrp_core.dsl.afferents import Spindle, TendonOrgan
+from nrp_core.dsl.afferents import NormalizedSpindle, NormalizedTendonOrgan, Spindle, TendonOrgan
 from nrp_core.dsl.device_kinds import poisson, population_rate
 from nrp_core.dsl.functions import Neuron2Robot, Robot2Neuron, TransferFunction
 from nrp_core.dsl.mappings import (
@@ -51,8 +51,11 @@ def map_afferents(
         kind: ``Ia``, ``II`` or ``Ib``.
         group: the topic of the group without ``/state``.
         populations: the neurons that the fibres of a muscle excite, by the name of the muscle.
-        model: a :class:`Spindle`, or a :class:`TendonOrgan` for ``Ib``.
-        rest: the lengths without stretch by muscle, m; by default those of the first state.
+        model: a :class:`Spindle`, or a :class:`TendonOrgan` for ``Ib``; by default
+            :class:`NormalizedSpindle` and :class:`NormalizedTendonOrgan`, which use the optimal length and
+            the peak force of each muscle.
+        rest: the lengths without stretch by muscle, m, or in optimal lengths if the model is normalised; by
+            default those of the first state, or of a normalised model.
         name: the name of the function; by default it is made of the kind and the group.
         device: the kind of the devices, of which each muscle has one; their noise is that of the device.
         options: options of the devices: ``weight``, ``delay`` for the conduction (ms), and so on.
@@ -60,7 +63,7 @@ def map_afferents(
     Raises:
         TransferFunctionError: no muscle is given, the model does not fit the kind, or a muscle has no rest.
     """
-    chosen = model or (TendonOrgan() if kind == "Ib" else Spindle())
+    chosen = model or (NormalizedTendonOrgan() if kind == "Ib" else NormalizedSpindle())
     if not populations or isinstance(chosen, TendonOrgan) != (kind == "Ib"):
         wrong = (
             "needs a population of a muscle" if not populations else f"is not by a {type(chosen).__name__}"
@@ -76,7 +79,8 @@ def map_afferents(
         if message is None:
             return
         rows = _rows(tuple(message.name), muscles, group)
-        fibres.rate, memory.value = _rates(chosen, kind, message, rows, rest, memory.value, t)
+        last = memory.value or AfferentRates(kind, muscles, None, t - 0.001)
+        fibres.rate, memory.value = _rates(chosen, message, rows, rest, last, t)
 
     afferents.__name__ = afferents.__qualname__ = name or _named(f"{kind}_of", group)
     function = Robot2Neuron()(afferents)
@@ -99,30 +103,75 @@ def _rows(names: tuple[str, ...], muscles: tuple[str, ...], group: str) -> IntAr
     return np.array([names.index(muscle) for muscle in muscles])
 
 
+class AfferentRates(NamedTuple):
+    """The last state of the afferents of a group, and how often their rates were at a limit.
+
+    Args:
+        kind: ``Ia``, ``II`` or ``Ib``.
+        muscles: their names.
+        state: lengths at rest, or the state of filters; None at the start.
+        t: the time of this state, s.
+        lowest, highest: the number of samples in which the rate of each muscle was 0, and the highest.
+        samples: the number of all samples.
+    """
+
+    kind: Afferent
+    muscles: tuple[str, ...]
+    state: Any
+    t: float
+    lowest: Any = 0
+    highest: Any = 0
+    samples: int = 0
+
+    def limited(self) -> dict[str, str]:
+        """Return the muscles whose rate was at a limit in most samples, each with the limit."""
+        most = self.samples / 2
+        ends = (("0", self.lowest), ("the highest", self.highest))
+        shares = {end: np.broadcast_to(count, len(self.muscles)) for end, count in ends}
+        found = ((n, end) for end, each in shares.items() for n in np.flatnonzero(each > most).tolist())
+        return {self.muscles[n]: end for n, end in found}
+
+
 def _rates(
     model: Spindle | TendonOrgan,
-    kind: str,
     message: MuscleStates,
     rows: IntArray,
     rest: Mapping[str, float] | None,
-    memory: Any,
+    last: AfferentRates,
     t: float,
-) -> tuple[list[float], Any]:
-    """Return the rates of muscles, and their memory: lengths at rest, or the state of filters."""
+) -> tuple[list[float], AfferentRates]:
+    """Return the rates of muscles (Hz), and their new state."""
+    state = last.state
     if isinstance(model, TendonOrgan):
-        state, before = memory or (None, t - 0.001)
-        rates, state = model.filtered(message.force[rows], state, max(t - before, 1e-6))
-        return rates.tolist(), (state, t)
-    if memory is None:
-        names = [message.name[row] for row in rows]
-        memory = message.length[rows] if rest is None else np.array([rest[each] for each in names])
-    stretch, activation = message.length[rows] - memory, message.activation[rows]
-    found = (
-        model.ia(stretch, message.velocity[rows], activation)
-        if kind == "Ia"
-        else model.ii(stretch, activation)
-    )
-    return found.tolist(), memory
+        tension = (message.normalized_force if model.normalized else message.force)[rows]
+        rates, state = model.filtered(tension, state, max(t - last.t, 1e-6))
+        low = (rates <= 0.0) & (tension > 0.0)
+    else:
+        length = (message.normalized_length if model.normalized else message.length)[rows]
+        if rest is not None:
+            state = np.array([rest[message.name[row]] for row in rows])
+        elif state is None:
+            state = np.full(len(rows), model.rest) if isinstance(model, NormalizedSpindle) else length
+        rates = _spindle_rates(model, last.kind, message, rows, length - state, state)
+        low = rates <= 0.0
+    counts = last.lowest + low, last.highest + (rates >= model.highest), last.samples + 1
+    return rates.tolist(), AfferentRates(last.kind, last.muscles, state, t, *counts)
+
+
+def _spindle_rates(
+    model: Spindle,
+    kind: Afferent,
+    message: MuscleStates,
+    rows: IntArray,
+    stretch: FloatArray,
+    rest: FloatArray,
+) -> FloatArray:
+    velocity = (message.normalized_velocity if model.normalized else message.velocity)[rows]
+    if isinstance(model, NormalizedSpindle) and model.by_rest:
+        stretch, velocity = np.maximum(stretch / rest, 0.0), velocity / rest
+    activation = message.activation[rows]
+    found = model.ia(stretch, velocity, activation) if kind == "Ia" else model.ii(stretch, activation)
+    return np.asarray(found, float)
 
 
 @checks_arguments()
@@ -132,11 +181,12 @@ def map_motoneurons(
     """Let pools of motoneurons command the muscles of a group.
 
     The control of a muscle is the mean rate of its pool divided by the rate at which its units are fused, at
-    most 1. Muscles follow it by their own activation, so the rate has a short time constant.
+    most 1. Muscles follow it by their own activation, so the rate has a short time constant. Several muscles
+    can share a pool: give the same neurons to each of them.
 
     Args:
         group: the topic of the group without ``/cmd``.
-        populations: the pool of each muscle of the group, by its name.
+        populations: the pool of each muscle of the group, by its name; a pool can occur several times.
         saturation: the rate at which all units of a pool give full activation, Hz.
         name: the name of the function; by default it is made of the group.
         options: options of the devices, as ``tau_fall`` (ms).

@@ -12,12 +12,14 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.dsl.afferents import Spindle, TendonOrgan
+from nrp_core.dsl.afferents import NormalizedSpindle, NormalizedTendonOrgan, Spindle, TendonOrgan
 from nrp_core.dsl.copies import for_copies
 from nrp_core.messages.sensor_msgs import Image
 
 __all__ = [
     "ColorValues",
+    "NormalizedSpindle",
+    "NormalizedTendonOrgan",
     "PinholeCamera",
     "RedShares",
     "Spindle",

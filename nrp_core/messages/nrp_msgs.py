@@ -80,7 +80,8 @@ class MuscleState:
 
     ``length`` (m) is that of its path, ``velocity`` (m/s) is positive where it lengthens, and ``force`` (N)
     is its tension, positive where it pulls. ``activation`` is from 0 to 1, ``normalized_length`` that of its
-    contractile part in optimal lengths, ``normalized_force`` the tension in peak forces.
+    contractile part in optimal lengths, ``normalized_force`` the tension in peak forces, and
+    ``normalized_velocity`` the velocity in optimal lengths per second.
     """
 
     header: Header = field(default_factory=Header)
@@ -90,6 +91,7 @@ class MuscleState:
     activation: float = 0.0
     normalized_length: float = 0.0
     normalized_force: float = 0.0
+    normalized_velocity: float = 0.0
 
 
 @message("nrp_msgs/msg/MuscleStates")
@@ -104,3 +106,4 @@ class MuscleStates:
     activation: npt.NDArray[np.float64] = array_field()
     normalized_length: npt.NDArray[np.float64] = array_field()
     normalized_force: npt.NDArray[np.float64] = array_field()
+    normalized_velocity: npt.NDArray[np.float64] = array_field()

@@ -20,9 +20,10 @@ def of(cells, size):
 
 
 SPINDLE = nrp.tf_lib.Spindle(ia_bias=10.0, ia_emg=0.0, dead_zone=2.0)
+ORGAN = nrp.tf_lib.TendonOrgan()
 
 nrp.map_afferents("Ia", "/arm/muscles", of(nrp.brain.ia, FIBRES), model=SPINDLE, weight=1.6, delay=12.0)
-nrp.map_afferents("Ib", "/arm/muscles", of(nrp.brain.ib, IB), weight=0.8, delay=14.0)
+nrp.map_afferents("Ib", "/arm/muscles", of(nrp.brain.ib, IB), model=ORGAN, weight=0.8, delay=14.0)
 nrp.map_motoneurons("/arm/muscles", of(nrp.brain.motoneurons, MOTONEURONS), tau_rise=2.0, tau_fall=10.0)
 
 

@@ -11,6 +11,7 @@ from nrp_core.clock import seconds
 from nrp_core.dsl.devices import DeviceGroup, SpikeGenerator
 from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.mappings import Variable
+from nrp_core.dsl.proprioception import AfferentRates
 from nrp_core.experiment.events.events import Times
 from nrp_core.experiment.model.event_schema import causes_of
 from nrp_core.experiment.model.experiment import Experiment
@@ -59,6 +60,7 @@ def at_the_end(
     yield from _unlikely_rates(functions, is_over=is_over)
     if not is_over:
         return
+    yield from _limited_afferents(functions)
     if now_ns > experiment.duration:
         message = (
             f"the run went on to {seconds(now_ns):g} s, and the duration of the experiment is "
@@ -115,6 +117,23 @@ def _unlikely_rates(functions: Iterable[TransferFunction], *, is_over: bool) -> 
                 message = f"the rate of '{name}' in '{function.name}' {meant}"
                 path, line = Path(function.place.path), function.place.line
                 yield Finding(Code.NRP297, message, Level.WARNING, path, line, subject=function.name)
+
+
+def _limited_afferents(functions: Iterable[TransferFunction]) -> Iterator[Finding]:
+    """Yield a finding for each group of muscles with afferents whose rate was at a limit most of the time."""
+    for function in functions:
+        for adapter in function.adapters.values():
+            rates = adapter.value if isinstance(adapter, Variable) else None
+            limited = rates.limited() if isinstance(rates, AfferentRates) else {}
+            if rates is not None and limited:
+                first, others = next(iter(limited)), len(limited) - 1
+                also = f", and of {others} more of {len(rates.muscles)} muscles at a limit" if others else ""
+                message = (
+                    f"the {rates.kind} rate of '{first}' was at {limited[first]} most of the time{also}: it "
+                    "tells the brain nothing about the movement"
+                )
+                path, line = Path(function.place.path), function.place.line
+                yield Finding(Code.NRP297, message, Level.NOTE, path, line, subject=function.name)
 
 
 def _find_nan(functions: Iterable[TransferFunction], now_ns: int) -> Iterator[Finding]:

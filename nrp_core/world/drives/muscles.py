@@ -291,7 +291,8 @@ class MusclePart(Part):
         length, velocity, tension, activation = states[:, 0].tolist()
         normalised = (length - muscle.slack_length) / muscle.optimal_length
         share = tension / muscle.force
-        return MuscleState(header, length, velocity, tension, activation, normalised, share)
+        speed = velocity / muscle.optimal_length
+        return MuscleState(header, length, velocity, tension, activation, normalised, share, speed)
 
 
 def _command_topic(name: str, kind: type, what: str, elements: tuple[str, ...] = ()) -> TopicInfo:
@@ -405,5 +406,5 @@ class MuscleGroupPart(Part):
         normalised = (states[0] - self._slack) / self._optimal
         names, header = list(self._group.muscles), Header(Time.from_ns(now_ns), self._model)
         length, velocity, tension, activation = states
-        share = tension / self._force
-        return MuscleStates(header, names, length, velocity, tension, activation, normalised, share)
+        share, speed = tension / self._force, velocity / self._optimal
+        return MuscleStates(header, names, length, velocity, tension, activation, normalised, share, speed)

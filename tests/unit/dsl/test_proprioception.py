@@ -7,9 +7,11 @@ import pytest
 from golden import Golden
 
 from nrp_core.dsl import map_afferents, map_motoneurons
-from nrp_core.dsl.afferents import Spindle, TendonOrgan
+from nrp_core.dsl.afferents import NormalizedSpindle, NormalizedTendonOrgan, Spindle, TendonOrgan
 from nrp_core.dsl.functions import collecting
+from nrp_core.dsl.proprioception import AfferentRates, _rates
 from nrp_core.errors import TransferFunctionError
+from nrp_core.messages.nrp_msgs import MuscleStates
 from nrp_core.network.motoneurons import MotoneuronPool
 
 
@@ -46,6 +48,56 @@ def test_tendon_organs_answer_a_step_as_their_transfer_function():
     for _ in range(10_000):
         last, state = organ.filtered([12.0], state, 0.01)
     assert last == pytest.approx([organ.static(12.0)], rel=1e-4)
+
+
+def states(length: float, velocity: float, tension: float, *, optimal: float, force: float) -> MuscleStates:
+    """Return the states of a muscle whose normalised values are those of the first three arguments."""
+    values = optimal * length, optimal * velocity, force * tension, 0.2, length, tension, velocity
+    return MuscleStates(name=["m"], **dict(zip(
+        ("length", "velocity", "force", "activation", "normalized_length", "normalized_force",
+         "normalized_velocity"), (np.array([each]) for each in values), strict=True)))  # fmt: skip
+
+
+@pytest.mark.parametrize(("optimal", "force"), [(0.02, 5.0), (0.1, 300.0), (0.4, 6000.0)])
+def test_normalised_rates_do_not_depend_on_the_size_of_the_body(optimal, force):
+    """Ia = 200 (1 - 0.4) + 65 sqrt(0.25) + 50 * 0.2, II = 200 * 0.6 + 20 * 0.2, Ib = 250 * 0.3."""
+    seen = states(1.0, 0.25, 0.3, optimal=optimal, force=force)
+    rates = {}
+    for kind, model in (
+        ("Ia", NormalizedSpindle()),
+        ("II", NormalizedSpindle()),
+        ("Ib", NormalizedTendonOrgan()),
+    ):
+        rates[kind], _ = _rates(
+            model, seen, np.array([0]), None, AfferentRates(kind, ("m",), None, 0.0), 0.01
+        )
+    assert rates == {"Ia": [pytest.approx(162.5)], "II": [pytest.approx(124.0)], "Ib": [pytest.approx(75.0)]}
+
+
+@pytest.mark.parametrize(("length", "stretch"), [(1.0, 0.25), (0.8, 0.0), (0.6, 0.0)])
+def test_stretches_in_lengths_at_rest_are_0_below_the_rest(length, stretch):
+    model = NormalizedSpindle(by_rest=True, ia_emg=0.0)
+    last = AfferentRates("Ia", ("m",), None, 0.0)
+    seen = states(length, 0.8, 0.0, optimal=0.1, force=1.0)
+    rates, _ = _rates(model, seen, np.array([0]), {"m": 0.8}, last, 0.01)
+    assert rates == [pytest.approx(200.0 * stretch + 65.0)]
+
+
+def test_tendon_organs_with_a_threshold_are_silent_below_it():
+    organ = NormalizedTendonOrgan(threshold=0.2)
+    assert organ.static([0.1, 0.2, 0.6]).tolist() == pytest.approx([0.0, 0.0, 100.0])
+
+
+def test_muscles_whose_rate_is_mostly_at_a_limit_are_known():
+    memory = AfferentRates("II", ("m",), None, 0.0)
+    for n in range(10):
+        seen = states(0.3 if n < 6 else 1.0, 0.0, 0.0, optimal=0.1, force=1.0)
+        _, memory = _rates(NormalizedSpindle(ii_emg=0.0), seen, np.array([0]), None, memory, 0.01 * n)
+    assert (memory.samples, memory.lowest.tolist(), memory.limited()) == (10, [6], {"m": "0"})
+    assert AfferentRates("Ib", ("m", "n"), None, 0.0, 0, np.array([2, 6]), 10).limited() == {
+        "n": "the highest"
+    }
+    assert not AfferentRates("Ia", ("m",), None, 0.0).limited()
 
 
 def test_units_are_recruited_by_size():

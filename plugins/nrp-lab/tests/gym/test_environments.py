@@ -60,8 +60,9 @@ def test_the_states_of_a_group_of_muscles_are_observed_as_one_array() -> None:
         for _ in range(20):
             (seen,) = made.step({})[0].values()
         state = made.run.world.subscribe("/arm/muscles/state").latest.message
-        fields = ("length", "velocity", "force", "activation", "normalized_length", "normalized_force")
-        assert first.shape == (6 * len(state.name),)
+        fields = ("length", "velocity", "force", "activation", "normalized_length", "normalized_force",
+                  "normalized_velocity")  # fmt: skip
+        assert first.shape == (7 * len(state.name),)
         np.testing.assert_array_equal(seen, np.concatenate([getattr(state, field) for field in fields]))
         assert state.activation.max() > 0.01
 
