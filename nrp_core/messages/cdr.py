@@ -57,6 +57,13 @@ class LazyTypestore(Typestore):
     def _knows(self, name: str, fields: Any) -> bool:
         return name in self.fielddefs and self.fielddefs[name][1] == fields
 
+    def hash_rihs01(self, typ: str) -> str:
+        """Return the hash of a type; in ROS 2 a ``char`` is a ``uint8``, which the library does not know."""
+        store = Typestore()
+        for name, (constants, fields) in self.fielddefs.items():
+            store.fielddefs[name] = constants, [(field, _without_char(kind)) for field, kind in fields]
+        return store.hash_rihs01(typ)
+
     def deserialize_cdr(self, rawdata: bytes | memoryview, typename: str) -> object:
         """Return a message. ROS's own encoder may append bytes without a meaning, which are ignored.
 
@@ -171,6 +178,12 @@ class Codec:
         self._store.register(_parsed(text, name))
         self._adopt(name)
 
+    def compose(self, name: str, fields: Sequence[MessageField]) -> None:
+        """Add or replace a type by its fields; the names of services and actions fit no definition."""
+        self._store.fielddefs.pop(name, None)
+        kinds = [(field.name, _field_kind(field)) for field in fields]
+        self._store.register({name: ([], kinds)})
+
     def name(self, cls: type) -> str:
         """Return the full type name of a message class.
 
@@ -198,6 +211,10 @@ class Codec:
         """Return the fields of a type in order; an empty message has a padding field."""
         return [_message_field(field, kind) for field, kind in self._store.fielddefs[name][1]]
 
+    def constants(self, name: str) -> dict[str, Any]:
+        """Return the constants of a type."""
+        return {constant: value for constant, _, value in self._store.fielddefs[name][0]}
+
     def hash(self, name: str) -> str:
         """Return the hash by which ROS 2 compares types (REP 2011)."""
         return self._store.hash_rihs01(name)
@@ -212,16 +229,24 @@ class Codec:
         if cls not in self._packers:
             self._packers[cls] = self._fast(self.name(cls))
         pack = self._packers[cls]
+        if pack is None:
+            return self.encode_as(message, self.name(cls))
         try:
-            return memoryview(pack(message)) if pack is not None else self._serialized(message)
-        except (SerdeError, struct.error, AttributeError, TypeError, ValueError) as error:
-            name = self.name(cls)
-            raise TopicError(f"this {name} cannot be encoded: {error}; it is {message!r:.200}") from error
+            return memoryview(pack(message))
+        except (struct.error, AttributeError, TypeError, ValueError) as error:
+            raise _refused(message, self.name(cls), error) from error
 
-    def _serialized(self, message: Any) -> memoryview:
-        name = self.name(type(message))
-        prepare = self._prepare_of(name)
-        return self._serialize(message if prepare is None else prepare(message), name)
+    def encode_as(self, message: Any, name: str) -> memoryview:
+        """Return any object with the fields of a type as bytes.
+
+        Raises:
+            TopicError: a value does not fit the type of its field.
+        """
+        try:
+            prepare = self._prepare_of(name)
+            return self._serialize(message if prepare is None else prepare(message), name)
+        except (SerdeError, struct.error, AttributeError, TypeError, ValueError) as error:
+            raise _refused(message, name, error) from error
 
     def decode(self, data: bytes | memoryview, name: str) -> Any:
         """Return the message in ``data``, of our class of that name if it exists.
@@ -329,6 +354,10 @@ class Codec:
         return None if prepare is None else lambda items: [prepare(item) for item in items]
 
 
+def _refused(message: Any, name: str, error: Exception) -> TopicError:
+    return TopicError(f"this {name} cannot be encoded: {error}; it is {message!r:.200}")
+
+
 def _packer(numbers: Sequence[tuple[str, str]]) -> Callable[[Any], bytes]:
     """Return an encoder of a message of these numbers, several times as fast as the library.
 
@@ -358,6 +387,21 @@ def _message_field(name: str, kind: Any) -> MessageField:
     if node == Nodetype.ARRAY:
         return MessageField(name, held, length=count)
     return MessageField(name, held, many=True, most=count)
+
+
+def _without_char(kind: Any) -> Any:
+    node, what = kind
+    if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+        return node, (_without_char(what[0]), what[1])
+    return (node, ("uint8", 0)) if what == ("char", 0) else kind
+
+
+def _field_kind(field: MessageField) -> Any:
+    """Return a field's type as the library has it."""
+    node = (Nodetype.NAME, field.type) if "/" in field.type else (Nodetype.BASE, (field.type, 0))
+    if field.length is not None:
+        return Nodetype.ARRAY, (node, field.length)
+    return (Nodetype.SEQUENCE, (node, field.most)) if field.many else node
 
 
 def _inner_type(kind: Any) -> str | None:

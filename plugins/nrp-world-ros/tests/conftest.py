@@ -189,10 +189,7 @@ class Ros2(Programs):
     domain = DOMAIN
 
     def __init__(self, folder: Path) -> None:
-        made = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "nrp-world-ros"
         super().__init__(folder, ROS_DOMAIN_ID=str(DOMAIN), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST")
-        packages = sorted(made.glob("*/python"), key=lambda folder: -len(list(folder.rglob("*"))))
-        self.env["PYTHONPATH"] = os.pathsep.join(map(str, packages))
 
     def peer(self, *arguments: str) -> subprocess.Popen[str]:
         """Start a node of ROS 2 that knows nothing of the platform."""

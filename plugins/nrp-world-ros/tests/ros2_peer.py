@@ -1,4 +1,4 @@
-"""A node of ROS 2 that knows nothing of the platform; its domain and range are those of the environment.
+"""A node of ROS 2 that knows nothing of the platform but its definitions of messages that ROS lacks.
 
 python ros2_peer.py echo      what comes on /there goes back on /back, as a line and on the topic
 python ros2_peer.py driver    /scan is published as drivers of sensors do: with their best effort only
@@ -31,6 +31,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import Image, JointState, LaserScan
 from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool
+
+import nrp_world_ros.ros2.packages  # noqa: F401
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 DONE: list[bool] = []

@@ -85,20 +85,6 @@ def test_our_bytes_are_those_of_ros(words: list[str], numbers: list[float], t_ns
     assert bytes(codec.encode(back)) == bytes(codec.encode(ours))
 
 
-@pytest.mark.heavy
-@needs_ros2
-def test_packages_that_ros_lacks_are_made_from_their_definitions_and_kept() -> None:
-    from nrp_core.messages import dvs_msgs
-    from rclpy.serialization import deserialize_message, serialize_message
-
-    codec = Codec()
-    events = dvs_msgs.EventArray(events=[dvs_msgs.Event(3, 4, Time(5, 6), True)])
-    name = codec.name(dvs_msgs.EventArray)
-    theirs = deserialize_message(bytes(codec.encode(events)), RosTypes(codec).message(name))
-    assert (theirs.events[0].x, theirs.events[0].ts.nanosec, theirs.events[0].polarity) == (3, 6, True)
-    assert codec.decode(serialize_message(theirs), name) == events
-
-
 # -- with another node
 
 
@@ -296,7 +282,6 @@ def test_every_topic_of_a_robot_reaches_a_node_of_ros_2_and_every_command_moves_
     body = ros2.nrp("ros-bridge", experiment, "--without-brain", "--ros2")
     assert body.stdout is not None
     assert any(line.startswith("in ROS") for line in body.stdout)
-    ros2 = Ros2(ros2.folder)  # the packages have been made
     counts = json.loads(ros2.run(sys.executable, str(PEER), "topics", "6"))
     latched = {topic: n for topic, (_, n) in counts.items() if topic.endswith(("static", "description"))}
     assert len(latched) > 1

@@ -128,7 +128,6 @@ def test_a_loop_calls_the_services_of_its_body(ros2: Ros2) -> None:
 @pytest.mark.slow
 def test_a_ros_2_program_moves_the_robot_and_receives_the_reasons_of_refusals(ros2: Ros2) -> None:
     ros2.body()
-    ros2 = Ros2(ros2.folder)  # the packages have been made
     place = (
         "/gazebo/set_model_state", "gazebo_msgs/srv/SetModelState", "1",
         "model_state.pose.position.x=1.0", "model_state.pose.position.z=0.2",

@@ -1,35 +1,37 @@
-"""Classes of ROS 2 for the platform's messages: those of this installation, else made by its generators.
+"""Classes of ROS 2 for messages, services and actions: those of this installation, else made here.
 
-Making a package takes some seconds and a C++ compiler; it is kept for later processes.
+A class that is made here has the attributes and the type support that ROS's generators give to theirs, so
+that ``rclpy`` treats both alike.
 """
 
 from __future__ import annotations
 
 import os
-import re
-import subprocess
 import sys
-import sysconfig
-from hashlib import sha256
-from importlib import import_module, invalidate_caches
-from importlib.metadata import version
+from array import array
+from collections.abc import Callable, Mapping
+from functools import cache
+from importlib import import_module
 from pathlib import Path
-from shutil import rmtree
 from typing import Any
 
+import numpy as np
 from nrp_core.errors import BackendLoadError, TopicError
-from nrp_core.messages.cdr import Codec
+from nrp_core.messages.base import type_of
+from nrp_core.messages.cdr import Codec, MessageField
 
-_SERVICE = "service_msgs"
-"""The package of a type in each service, with which ROS reports its calls."""
+from nrp_world_ros.ros2.typesupport import MIDDLEWARES, TypeSupport
 
-_TYPE, _FIELD = re.compile(r"\w+/msg/[A-Z][A-Za-z0-9]*$"), re.compile(r"[a-z](_?[a-z0-9])*$")
+_made: dict[str, Any] = {}
+"""The classes that were made here, by type."""
 
-_made: dict[str, Path] = {}
+_INFO = "service_msgs/msg/ServiceEventInfo"
+_PARTS = {"msg": ("",), "srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}
+"""The messages of each kind of type; ours are called ``package/msg/TypePart``."""
 
 
 class RosTypes:
-    """The classes of messages and services.
+    """The classes of messages, services and actions.
 
     Args:
         codec: has the definitions.
@@ -45,8 +47,7 @@ class RosTypes:
             TopicError: this ROS has a type of that name with other fields.
             BackendLoadError: it lacks the type, which cannot be made.
         """
-        package, _, short = name.split("/")
-        cls = self._class(package, "msg", short)
+        cls = self._class(name)
         self._compare(name, cls)
         return cls
 
@@ -57,20 +58,37 @@ class RosTypes:
             TopicError: this ROS has a service of that name with other fields.
             BackendLoadError: it lacks the service, which cannot be made.
         """
-        package, _, short = request.split("/")
-        cls = self._class(package, "srv", short.removesuffix("Request"))
+        cls = self._class(request.replace("/msg/", "/srv/").removesuffix("Request"))
         self._compare(request, cls.Request)
         self._compare(response, cls.Response)
         return cls
 
-    def _class(self, package: str, kind: str, short: str) -> Any:
-        found = _installed(package, kind, short)
-        if found is None and package not in _made:
-            self._make(package)
-            found = _installed(package, kind, short)
-        if found is None:
-            raise TopicError(f"this installation of ROS 2 has {package}, but without {short}")
-        return found
+    def action(self, name: str) -> Any:
+        """Return the class of an action, ``package/action/Name``.
+
+        Raises:
+            BackendLoadError: this ROS lacks the action, which cannot be made.
+        """
+        return self._class(name)
+
+    def make(self, name: str) -> Any:
+        """Return the class of a type, ``package/kind/Type``, that this ROS lacks.
+
+        Raises:
+            BackendLoadError: its middleware needs C code of each type.
+            TopicError: the type is unknown.
+        """
+        if name not in _made:
+            kind = name.split("/")[1]
+            self._define(name)
+            _made[name] = {"msg": self._message, "srv": self._service, "action": self._action}[kind](name)
+        return _made[name]
+
+    def _class(self, name: str) -> Any:
+        if name in _made:
+            return _made[name]
+        package, kind, short = name.split("/")
+        return _installed(package, kind, short) or self.make(name)
 
     def _compare(self, name: str, cls: Any) -> None:
         theirs, ours = list(cls.get_fields_and_field_types()), self._codec.fields(name)
@@ -79,47 +97,209 @@ class RosTypes:
                 f"{name} has the fields {theirs} in this ROS 2, but {[field.name for field in ours]} here"
             )
 
-    # -- packages that this ROS lacks
+    # -- the types that this ROS lacks
 
-    def _make(self, package: str) -> None:
-        files = self._files(package)
-        others = {line.split("/")[0] for text in files.values() for line in text.splitlines() if "/" in line}
-        others = (others | {_SERVICE, "builtin_interfaces"}) - {package}
-        for other in others:
-            if not _is_installed(other):
-                self._make(other)
-        prefixes = [*(_made[other] for other in others if other in _made), *_prefixes()]
-        environment = f"{version('rclpy')} {sysconfig.get_config_var('EXT_SUFFIX')} {prefixes}"
-        key = sha256(f"{environment}{sorted(files.items())}".encode()).hexdigest()[:16]
-        folder = _cache() / f"{package}-{key}"
-        if not folder.is_dir():
-            _generate(folder, package, files, sorted(others), prefixes)
-        _made[package] = folder
-        sys.path.insert(0, str(folder / "python"))
-        invalidate_caches()
+    def _define(self, name: str) -> None:
+        """Add the types of a service or action, and of what it consists of, under ROS's names."""
+        package, kind, short = name.split("/")
+        for part in _PARTS[kind]:
+            ours = f"{package}/msg/{short}{part}"
+            if (cls := type_of(ours)) is not None:
+                ours = self._codec.name(cls)
+            try:
+                fields = self._codec.fields(ours)
+            except KeyError:
+                raise TopicError(f"this installation of ROS 2 lacks {name}, which is unknown here") from None
+            if part:
+                self._codec.compose(f"{name}_{part}", fields)
+        if kind == "srv":
+            self._define_service(name)
+        if kind == "action":
+            for inner, fields in _action_types(name).items():
+                self._codec.compose(inner, fields)
+            self._define_service(f"{name}_SendGoal")
+            self._define_service(f"{name}_GetResult")
 
-    def _files(self, package: str) -> dict[str, str]:
-        """Return the definitions of all known types of a package, by file name."""
-        names = [name for name in self._codec.names() if name.startswith(f"{package}/")]
-        texts = {name.rpartition("/")[2]: self._definition(name) for name in names if self._has_names(name)}
-        files = {}
-        for short, text in texts.items():
-            base = short.removesuffix("Request").removesuffix("Response")
-            request, response = texts.get(f"{base}Request"), texts.get(f"{base}Response")
-            if request is not None and response is not None:
-                files[f"srv/{base}.srv"] = f"{request}\n---\n{response}"
-            else:
-                files[f"msg/{short}.msg"] = text
-        return files
+    def _define_service(self, name: str) -> None:
+        request, response, event = (f"{name}_{part}" for part in ("Request", "Response", "Event"))
+        calls = [MessageField("request", request, True, 1), MessageField("response", response, True, 1)]
+        self._codec.compose(event, [MessageField("info", _INFO), *calls])
+        ends = zip(("request", "response", "event"), (request, response, event), strict=True)
+        self._codec.compose(name, [MessageField(f"{end}_message", kind) for end, kind in ends])
 
-    def _definition(self, name: str) -> str:
-        """Return the definition of a type without those of the types in it."""
-        return self._codec.definition(name).partition("=" * 80)[0]
+    def _message(self, name: str) -> Any:
+        codec, fields = self._codec, self._fields(name)
 
-    def _has_names(self, name: str) -> bool:
-        """Return whether the names of a type and its fields are permitted in ROS 2."""
-        fields = self._codec.fields(name)
-        return bool(_TYPE.match(name)) and all(_FIELD.match(field.name) for field in fields)
+        def decode(data: bytes) -> Any:
+            return self._convert(name, codec.decode(data, name))
+
+        content = {
+            "__init__": _initializer({each.name: self._default(each) for each in fields}),
+            "__eq__": _are_equal,
+            "__hash__": None,
+            "__repr__": _described,
+            "get_fields_and_field_types": classmethod(
+                lambda _cls: {each.name: _text(each) for each in fields}
+            ),
+            "structure_needs_at_least_one_member": 0,
+            **codec.constants(name),
+        }
+        encode: Callable[[Any], bytes] = lambda message: bytes(codec.encode_as(message, name))  # noqa: E731
+        return _class(name, content, _support().message(name, codec.hash(name), encode, decode))
+
+    def _service(self, name: str) -> Any:
+        ends = [self._message_once(f"{name}_{end}") for end in ("Request", "Response")]
+        content = dict(zip(("Request", "Response"), ends, strict=True))
+        return _class(name, content, _support().service(name, self._codec.hash(name), *ends))
+
+    def _action(self, name: str) -> Any:
+        cancel, status = (
+            self._class("action_msgs/srv/CancelGoal"),
+            self._class("action_msgs/msg/GoalStatusArray"),
+        )
+        parts = {part: self._message_once(f"{name}_{part}") for part in _PARTS["action"]}
+        send, get = (self._service(f"{name}_{each}") for each in ("SendGoal", "GetResult"))
+        feedback = self._message_once(f"{name}_FeedbackMessage")
+        names = (
+            "SendGoalService",
+            "GetResultService",
+            "CancelGoalService",
+            "FeedbackMessage",
+            "GoalStatusMessage",
+        )
+        inner = dict(zip(names, (send, get, cancel, feedback, status), strict=True))
+        support = _support().action(name, self._codec.hash(name), inner.values())
+        return _class(name, {**parts, "Impl": type("Impl", (), inner)}, support)
+
+    def _message_once(self, name: str) -> Any:
+        if name not in _made:
+            _made[name] = self._message(name)
+        return _made[name]
+
+    def _fields(self, name: str) -> list[MessageField]:
+        return [
+            each for each in self._codec.fields(name) if each.name != "structure_needs_at_least_one_member"
+        ]
+
+    def _inner(self, name: str) -> Any:
+        """Return the class of a field's type, which may be a part of an action."""
+        return self._class(name) if "/msg/" in name else self._message_once(name)
+
+    def _default(self, field: MessageField) -> Callable[[], Any]:
+        one: Callable[[], Any] = (
+            self._inner(field.type) if "/" in field.type else _PLAIN.get(field.type[:3], int)
+        )
+        if field.many or field.length is not None:
+            return lambda: _items(field, [one() for _ in range(field.length or 0)])
+        return one
+
+    def _convert(self, name: str, message: Any) -> Any:
+        """Return a message of ROS's class for one of ours."""
+        made = self._inner(name)()
+        for field in self._fields(name):
+            setattr(made, field.name, self._value(field, getattr(message, field.name)))
+        return made
+
+    def _value(self, field: MessageField, value: Any) -> Any:
+        if not (field.many or field.length is not None):
+            return self._convert(field.type, value) if "/" in field.type else value
+        if "/" in field.type:
+            return [self._convert(field.type, each) for each in value]
+        return _items(field, value)
+
+
+_PLAIN: Mapping[str, type] = {"boo": bool, "str": str, "wst": str, "flo": float}
+"""Python's type of a plain field, by the first letters of its type."""
+
+
+def _action_types(name: str) -> dict[str, list[MessageField]]:
+    """Return what an action consists of besides its three messages; REP 2011 has the names."""
+    uuid = MessageField("goal_id", "unique_identifier_msgs/msg/UUID")
+    goal, result, feedback = (f"{name}_{part}" for part in _PARTS["action"])
+    whole = {
+        "goal": goal, "result": result, "feedback": feedback, "send_goal_service": f"{name}_SendGoal",
+        "get_result_service": f"{name}_GetResult", "feedback_message": f"{name}_FeedbackMessage",
+    }  # fmt: skip
+    stamp = MessageField("stamp", "builtin_interfaces/msg/Time")
+    return {
+        f"{name}_SendGoal_Request": [uuid, MessageField("goal", goal)],
+        f"{name}_SendGoal_Response": [MessageField("accepted", "bool"), stamp],
+        f"{name}_GetResult_Request": [uuid],
+        f"{name}_GetResult_Response": [MessageField("status", "int8"), MessageField("result", result)],
+        f"{name}_FeedbackMessage": [uuid, MessageField("feedback", feedback)],
+        name: [MessageField(part, kind) for part, kind in whole.items()],
+    }
+
+
+def _items(field: MessageField, values: Any) -> Any:
+    """Return the items of a field as ROS has them: of NumPy if their number is fixed, else of ``array``."""
+    if field.type in ("bool", "string", "wstring") or "/" in field.type:
+        return list(values)
+    dtype = np.dtype({"byte": "uint8", "char": "uint8"}.get(field.type, field.type))
+    numbers = np.asarray(values, dtype).reshape(-1)
+    return numbers if field.length is not None else array(dtype.char, numbers.tobytes())
+
+
+def _text(field: MessageField) -> str:
+    """Return the type of a field as ROS spells it in Python."""
+    text = {"float64": "double", "float32": "float", "bool": "boolean"}.get(field.type, field.type)
+    text = text.replace("/msg/", "/")
+    if field.length is not None:
+        return f"{text}[{field.length}]"
+    return f"sequence<{text}{f', {field.most}' if field.most else ''}>" if field.many else text
+
+
+def _initializer(defaults: Mapping[str, Callable[[], Any]]) -> Callable[..., None]:
+    """Return the ``__init__`` of a message with these defaults."""
+
+    def initialize(message: Any, **values: Any) -> None:
+        if unknown := values.keys() - defaults.keys():
+            raise TypeError(f"{type(message).__name__} has no field {', '.join(sorted(unknown))}")
+        for name, default in defaults.items():
+            setattr(message, name, values[name] if name in values else default())
+
+    return initialize
+
+
+def _are_equal(one: Any, other: object) -> Any:
+    if type(one) is not type(other):
+        return NotImplemented
+    pairs = ((value, getattr(other, name)) for name, value in vars(one).items())
+    return all(
+        np.array_equal(*pair) if isinstance(pair[0], np.ndarray) else pair[0] == pair[1] for pair in pairs
+    )
+
+
+def _described(message: Any) -> str:
+    cls = type(message)
+    values = ", ".join(f"{name}={getattr(message, name)!r}" for name in cls.get_fields_and_field_types())
+    return f"{cls.__module__}.{cls.__name__}({values})"
+
+
+def _class(name: str, content: dict[str, Any], support: dict[str, Any]) -> Any:
+    """Return a class whose metaclass has its type support, where ROS looks for it."""
+    package, kind, short = name.split("/")
+    attributes = {**support, "__import_type_support__": classmethod(lambda _cls: None)}
+    meta = type(f"Metaclass_{short}", (type,), attributes)
+    return meta(short, (), {"__module__": f"{package}.{kind}", **content})
+
+
+@cache
+def _support() -> TypeSupport:
+    import rclpy
+
+    middleware = rclpy.utilities.get_rmw_implementation_identifier()
+    if middleware not in MIDDLEWARES:
+        raise BackendLoadError(
+            f"{middleware} can only use types of installed packages",
+            remedy=f"export RMW_IMPLEMENTATION={MIDDLEWARES[0]}",
+        )
+    try:
+        return TypeSupport(_prefixes())
+    except (AttributeError, OSError, StopIteration) as error:
+        raise BackendLoadError(
+            f"types that are not installed need the libraries of ROS 2 Jazzy or later: {error}"
+        ) from error
 
 
 def _installed(package: str, kind: str, short: str) -> Any:
@@ -138,47 +318,9 @@ def _installed(package: str, kind: str, short: str) -> Any:
     return None
 
 
-def _is_installed(package: str) -> bool:
-    return package in _made or any((prefix / "share" / package).is_dir() for prefix in _prefixes())
-
-
 def _prefixes() -> list[Path]:
     """Return the folders of the installation of ROS: those of its set-up script, else that of its wheels."""
     import rclpy
 
     given = [Path(each) for each in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if each]
     return given or [Path(rclpy.__file__).parents[4]]
-
-
-def _cache() -> Path:
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "nrp-world-ros"
-
-
-def _generate(
-    folder: Path, package: str, files: dict[str, str], others: list[str], prefixes: list[Path]
-) -> None:
-    print(f"making {package} for ROS 2, once; this takes up to a minute ...", file=sys.stderr, flush=True)
-    building = folder.with_name(f"{folder.name}.{os.getpid()}")
-    for name, text in files.items():
-        file = building / "share" / package / name
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text)
-    done = subprocess.run(
-        [sys.executable, "-P", "-m", "nrp_world_ros.ros2.generate", str(building), package, *others],
-        env={**os.environ, "AMENT_PREFIX_PATH": os.pathsep.join(map(str, prefixes))},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if done.returncode:
-        rmtree(building)
-        last = done.stderr.strip().splitlines()[-1:]
-        raise BackendLoadError(
-            f"{package} is not in this installation of ROS 2, and cannot be made: {' '.join(last)}",
-            remedy="apt-get install g++ python3-dev",
-        )
-    rmtree(building / "source")
-    try:
-        building.rename(folder)
-    except OSError:  # another process was faster
-        rmtree(building)

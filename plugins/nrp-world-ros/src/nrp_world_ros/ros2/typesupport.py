@@ -1,0 +1,293 @@
+"""What ROS 2's C libraries need of a type, made in Python: no code is generated and compiled.
+
+ROS passes a message as a pointer to a C structure that only functions of its type read. Here this pointer is
+a number, under which a table holds the bytes of the message, and the functions are Python's. The structures
+are those of ``rosidl_runtime_c`` and ``rosidl_typesupport_fastrtps_cpp``, the same since ROS 2 Jazzy. The
+middlewares Fast DDS and Zenoh use this type support; Cyclone DDS uses another.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Iterable
+from ctypes import (
+    CFUNCTYPE,
+    POINTER,
+    Structure,
+    c_bool,
+    c_char,
+    c_char_p,
+    c_size_t,
+    c_uint8,
+    c_uint32,
+    c_void_p,
+)
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+MIDDLEWARES = ("rmw_fastrtps_cpp", "rmw_zenoh_cpp")
+"""Those that use this type support."""
+
+_IDENTIFIER = b"rosidl_typesupport_fastrtps_c"
+_UNBOUNDED = b"\0"
+_HEAD = 4
+"""Length of the header of encoded data."""
+
+
+class _Hash(Structure):
+    _fields_ = (("version", c_uint8), ("value", c_uint8 * 32))
+
+
+class _Sequence(Structure):
+    _fields_ = (("data", c_void_p), ("size", c_size_t), ("capacity", c_size_t))
+
+
+class _String(Structure):
+    _fields_ = (("data", c_char_p), ("size", c_size_t), ("capacity", c_size_t))
+
+
+class _Description(Structure):
+    """Only the name of the type: the service with which nodes describe their types is for people."""
+
+    _fields_ = (("name", _String), ("fields", _Sequence), ("referenced", _Sequence))
+
+
+_Getter = CFUNCTYPE(c_void_p, c_void_p)
+_ABOUT = (("hash", _Getter), ("description", _Getter), ("sources", _Getter))
+
+
+class _Message(Structure):
+    _fields_ = (("identifier", c_char_p), ("data", c_void_p), ("find", c_void_p), *_ABOUT)
+
+
+class _Service(Structure):
+    _fields_ = (
+        ("identifier", c_char_p), ("data", c_void_p), ("find", c_void_p), ("request", POINTER(_Message)),
+        ("response", POINTER(_Message)), ("event", c_void_p), ("create_event", c_void_p),
+        ("destroy_event", c_void_p), *_ABOUT,
+    )  # fmt: skip
+
+
+class _Action(Structure):
+    _fields_ = (
+        ("goal", c_void_p), ("result", c_void_p), ("cancel", c_void_p), ("feedback", c_void_p),
+        ("status", c_void_p), *_ABOUT,
+    )  # fmt: skip
+
+
+_Create = CFUNCTYPE(c_void_p)
+_Destroy = CFUNCTYPE(None, c_void_p)
+_Encode = CFUNCTYPE(c_bool, c_void_p, c_void_p)
+_Size = CFUNCTYPE(c_uint32, c_void_p)
+_MaxSize = CFUNCTYPE(c_size_t, POINTER(c_char))
+_FromPython = CFUNCTYPE(c_bool, ctypes.py_object, c_void_p)
+_ToPython = CFUNCTYPE(ctypes.py_object, c_void_p)
+
+
+class _MessageFunctions(Structure):
+    _fields_ = (
+        ("namespace", c_char_p), ("name", c_char_p), ("encode", _Encode), ("decode", _Encode),
+        ("size", _Size), ("max_size", _MaxSize), ("key", c_void_p),
+    )  # fmt: skip
+
+
+class _ServiceTypes(Structure):
+    _fields_ = (
+        ("namespace", c_char_p), ("name", c_char_p), ("request", POINTER(_Message)),
+        ("response", POINTER(_Message)),
+    )  # fmt: skip
+
+
+class TypeSupport:
+    """Makes the type support of messages, services and actions, as the attributes of their metaclasses.
+
+    Args:
+        folders: those of an installation of ROS, in which its libraries are.
+    """
+
+    def __init__(self, folders: Iterable[Path]) -> None:
+        runtime = _library(folders, "librosidl_runtime_c.so")
+        cdr = _library(folders, "libfastcdr.so", "libfastcdr.so.2")
+        self._reset_error = _library(folders, "librcutils.so").rcutils_reset_error
+        self._find_message = ctypes.cast(runtime.get_message_typesupport_handle_function, c_void_p)
+        self._find_service = ctypes.cast(runtime.get_service_typesupport_handle_function, c_void_p)
+        self._write = cdr._ZN8eprosima7fastcdr3Cdr15serialize_arrayEPKcm
+        self._write.argtypes = (c_void_p, c_char_p, c_size_t)
+        self._buffer_at, self._data_at, self._size_at = _cdr_layout(cdr)
+        self._numbers, self._messages = count(1), dict[int, bytes]()
+        self._kept: list[Any] = []  # C holds pointers to them as long as the process runs
+        self._create, self._destroy = _Create(self._new), _Destroy(self._forget)
+        self._encode, self._decode = _Encode(self._write_message), _Encode(self._read_message)
+        self._size = _Size(lambda number: len(self._messages[number]) - _HEAD)
+        self._max_size = _MaxSize(_set_unbounded)
+
+    def message(
+        self, name: str, digest: str, encode: Callable[[Any], bytes], decode: Callable[[bytes], Any]
+    ) -> dict[str, Any]:
+        """Return the attributes for a type of messages.
+
+        Args:
+            name: the type, ``package/msg/Type`` or ``package/srv/Type_Request``.
+            digest: its hash, ``RIHS01_...``.
+            encode: returns a message as bytes, with their header.
+            decode: returns the message in bytes.
+        """
+
+        def from_python(message: Any, number: int) -> bool:
+            self._messages[number] = encode(message)
+            return True
+
+        functions = _MessageFunctions(
+            *_dds_name(name), self._encode, self._decode, self._size, self._max_size, None
+        )
+        support = _Message(_IDENTIFIER, _address(functions), self._find_message, *self._about(name, digest))
+        given = _FromPython(from_python), _ToPython(lambda number: decode(self._messages[number]))
+        self._kept += functions, support, given
+        return {
+            "_TYPE_SUPPORT": _capsule(ctypes.addressof(support)),
+            "_CREATE_ROS_MESSAGE": _capsule(_function(self._create)),
+            "_DESTROY_ROS_MESSAGE": _capsule(_function(self._destroy)),
+            "_CONVERT_FROM_PY": _capsule(_function(given[0])),
+            "_CONVERT_TO_PY": _capsule(_function(given[1])),
+        }
+
+    def service(self, name: str, digest: str, request: type, response: type) -> dict[str, Any]:
+        """Return the attributes for a type of services; its calls cannot be introspected.
+
+        Args:
+            name: the type, ``package/srv/Type``.
+            digest: its hash.
+            request: the class of requests.
+            response: the class of responses.
+        """
+        ends = [ctypes.cast(_pointer(end), POINTER(_Message)) for end in (request, response)]
+        types = _ServiceTypes(*_dds_name(name), *ends)
+        about = self._about(name, digest)
+        find = self._find_service
+        support = _Service(_IDENTIFIER, _address(types), find, *ends, None, None, None, *about)
+        self._kept += types, support
+        return {"_TYPE_SUPPORT": _capsule(ctypes.addressof(support))}
+
+    def action(self, name: str, digest: str, parts: Iterable[type]) -> dict[str, Any]:
+        """Return the attributes for a type of actions.
+
+        Args:
+            name: the type, ``package/action/Type``.
+            digest: its hash.
+            parts: the classes of its services for goals, results and cancelling, and of its messages of
+                feedback and status.
+        """
+        support = _Action(*map(_pointer, parts), *self._about(name, digest))
+        self._kept.append(support)
+        return {"_TYPE_SUPPORT": _capsule(ctypes.addressof(support))}
+
+    def _about(self, name: str, digest: str) -> list[Any]:
+        text = name.encode()
+        version, _, value = digest.removeprefix("RIHS").partition("_")
+        constants = (
+            _Hash(int(version), (c_uint8 * 32)(*bytes.fromhex(value))),
+            _Description(_String(text, len(text), len(text) + 1)),
+            _Sequence(),
+        )
+
+        def getter(place: int) -> Any:
+            def get(_support: int) -> int:
+                self._reset_error()  # Fast DDS has found no introspection, which it does not need
+                return place
+
+            return _Getter(get)
+
+        getters = [getter(ctypes.addressof(each)) for each in constants]
+        self._kept += (text, *constants, *getters)
+        return getters
+
+    # -- what C calls; a message is a number
+
+    def _new(self) -> int:
+        number = next(self._numbers)
+        self._messages[number] = b""
+        return number
+
+    def _forget(self, number: int) -> None:
+        self._messages.pop(number, None)
+
+    def _write_message(self, number: int, cdr: int) -> bool:
+        data = self._messages[number][_HEAD:]
+        self._write(cdr, data, len(data))
+        return True
+
+    def _read_message(self, cdr: int, number: int) -> bool:
+        buffer = _word(cdr + self._buffer_at)
+        size = _word(buffer + self._size_at)
+        self._messages[number] = ctypes.string_at(_word(buffer + self._data_at), size)
+        return True
+
+
+def _word(address: int) -> int:
+    return c_size_t.from_address(address).value
+
+
+def _cdr_layout(cdr: Any) -> tuple[int, int, int]:
+    """Return where a decoder of Fast CDR has its buffer, and the buffer its data and their size.
+
+    A decoder of a known buffer shows it, so that no version of the library is assumed.
+    """
+    size, words = 4242, 256
+    data, buffer, decoder = (ctypes.create_string_buffer(each) for each in (size, 8 * words, 8 * words))
+    places = [ctypes.addressof(each) for each in (data, buffer, decoder)]
+    make_buffer = cdr._ZN8eprosima7fastcdr10FastBufferC1EPcm
+    make_buffer.argtypes = (c_void_p, c_void_p, c_size_t)
+    make_decoder = cdr._ZN8eprosima7fastcdr3CdrC1ERNS0_10FastBufferENS1_10EndiannessENS0_10CdrVersionE
+    make_decoder.argtypes = (c_void_p, c_void_p, c_uint8, ctypes.c_int)
+    make_buffer(places[1], places[0], size)
+    make_decoder(places[2], places[1], 1, 1)
+
+    def find(value: int, place: int) -> int:
+        return next(offset for offset in range(0, 8 * words, 8) if _word(place + offset) == value)
+
+    return find(places[1], places[2]), find(places[0], places[1]), find(size, places[1])
+
+
+def _set_unbounded(bounds: Any) -> int:
+    bounds[0] = _UNBOUNDED
+    return 0
+
+
+def _library(folders: Iterable[Path], *names: str) -> Any:
+    """Return a library of ROS, which its client library has loaded already."""
+    present = [folder / "lib" / name for folder in folders for name in names[:1]]
+    return ctypes.CDLL(str(next((each for each in present if each.exists()), names[-1])))
+
+
+def _dds_name(name: str) -> tuple[bytes, bytes]:
+    space, _, short = name.rpartition("/")
+    return space.replace("/", "::").encode(), short.encode()
+
+
+def _address(structure: Structure) -> c_void_p:
+    return c_void_p(ctypes.addressof(structure))
+
+
+def _function(function: Any) -> int:
+    address = ctypes.cast(function, c_void_p).value
+    assert address is not None
+    return address
+
+
+def _capsule(address: int) -> Any:
+    make = ctypes.pythonapi.PyCapsule_New
+    make.argtypes, make.restype = (c_void_p, c_char_p, c_void_p), ctypes.py_object
+    return make(address, None, None)
+
+
+def _pointer(cls: Any) -> int:
+    """Return the address of the type support of a class, of this ROS or made here."""
+    if cls.__class__._TYPE_SUPPORT is None:
+        cls.__class__.__import_type_support__()
+    capsule = cls.__class__._TYPE_SUPPORT
+    name, read = ctypes.pythonapi.PyCapsule_GetName, ctypes.pythonapi.PyCapsule_GetPointer
+    name.argtypes, name.restype = (ctypes.py_object,), c_char_p
+    read.argtypes, read.restype = (ctypes.py_object, c_char_p), c_void_p
+    address: int = read(capsule, name(capsule))
+    return address
