@@ -34,8 +34,6 @@ _MIN_WIDTH = 1e-4  # m; nothing falls through narrower gaps
 _ALIGNED = 0.8  # minimum cosine of the angle between polygons that are joined to one
 _SMOOTH = 0.9  # the same across an edge where the surface goes on
 _PASSES = 4
-_WIDER = 2**0.25  # the next side of the cubes in which cells are merged
-_NARROWEST = 1e-6  # the first side, as a share of the extent
 
 
 def cells(triangles: Triangles, depth: float) -> list[Points]:
@@ -50,20 +48,25 @@ def cells(triangles: Triangles, depth: float) -> list[Points]:
     return _kept(triangles, depth, 0, lambda: (_computed(triangles, depth), 0.0))[0]
 
 
-def merged_cells(triangles: Triangles, depth: float, most: int) -> tuple[list[Points], float]:
-    """Return at most ``most`` cells: large cells of :func:`cells`, and hulls of several small ones.
+def merged_cells(triangles: Triangles, depth: float, side: float) -> tuple[list[Points], float]:
+    """Return the cells of :func:`cells`, with one hull for all small ones in the same cube.
+
+    Args:
+        triangles: a surface whose triangles face outwards.
+        depth: minimum thickness of the solid behind it, m.
+        side: of the cubes, m; cells with a larger extent stay alone.
 
     Returns:
         The corners of each, and the greatest distance from the surface at the middles of their triangles, m.
     """
-    return _kept(triangles, depth, most, lambda: _merged(cells(triangles, depth), most))
+    return _kept(triangles, depth, side, lambda: _merged(cells(triangles, depth), side))
 
 
 def _kept(
-    triangles: Triangles, depth: float, most: int, compute: Callable[[], tuple[list[Points], float]]
+    triangles: Triangles, depth: float, side: float, compute: Callable[[], tuple[list[Points], float]]
 ) -> tuple[list[Points], float]:
     digest = hashlib.blake2b(triangles.tobytes(), digest_size=16)
-    digest.update(repr((triangles.dtype.str, depth, most)).encode() + Path(__file__).read_bytes())
+    digest.update(repr((triangles.dtype.str, depth, side)).encode() + Path(__file__).read_bytes())
 
     def fill(folder: Path) -> None:
         found, error = compute()
@@ -76,21 +79,32 @@ def _kept(
         return np.split(kept["corners"], ends[:-1]) if len(ends) else [], float(kept["error"])
 
 
-def _merged(found: Sequence[Points], most: int) -> tuple[list[Points], float]:
-    """Return the hulls of small cells in the same cube, of the narrowest cubes for which they are few."""
+def boxes_of(found: Sequence[Points]) -> tuple[Points, Points]:
+    """Return the lowest and highest coordinates of each cell, shape ``(n, 3)`` each."""
+    if not found:
+        return _NONE, _NONE
     starts = np.cumsum([0, *map(len, found[:-1])])
     corners = np.concatenate(found)
-    low, high = (each.reduceat(corners, starts) for each in (np.minimum, np.maximum))
-    extents = (high - low).max(axis=1)
-    side = max(float(extents.min()), _NARROWEST * float((high.max(axis=0) - low.min(axis=0)).max()))
-    while True:
-        places = np.floor((low + high - 2 * low.min(axis=0)) / (2 * side)).astype(np.int64)
-        codes = places @ [1 << 42, 1 << 21, 1]
-        codes[extents > side] = -1 - np.flatnonzero(extents > side)
-        kinds, groups = np.unique(codes, return_inverse=True)
-        if len(kinds) <= most:
-            break
-        side *= _WIDER
+    return np.minimum.reduceat(corners, starts), np.maximum.reduceat(corners, starts)
+
+
+def cubes_of(low: Points, high: Points, side: float) -> IntArray:
+    """Return a number for each box, the same for all small ones with their middles in one cube.
+
+    Args:
+        low, high: the corners of the boxes, m, shape ``(n, 3)``.
+        side: of the cubes, m; boxes with a larger extent have numbers of their own.
+    """
+    places = np.floor((low + high - 2 * low.min(axis=0, initial=np.inf)) / (2 * side)).astype(np.int64)
+    codes = places @ [1 << 42, 1 << 21, 1]
+    large = (high - low).max(axis=1) > side
+    codes[large] = -1 - np.flatnonzero(large)
+    numbers: IntArray = np.unique(codes, return_inverse=True)[1]
+    return numbers
+
+
+def _merged(found: Sequence[Points], side: float) -> tuple[list[Points], float]:
+    groups = cubes_of(*boxes_of(found), side)
     order = np.argsort(groups, kind="stable")
     members = np.split(order, np.cumsum(np.bincount(groups))[:-1])
     parts = [_hull([found[i] for i in each.tolist()]) for each in members]

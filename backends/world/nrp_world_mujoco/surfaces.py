@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -18,8 +17,10 @@ from nrp_core.scene.rigid import Pose
 from nrp_core.scene.tessellation import box_around, triangles_of
 from nrp_world_mujoco.library import mujoco, pos_quat
 
-MAX_CELLS = 50_000
-"""Maximum number of convex geoms of all surfaces; more are merged. These take MuJoCo 10 s to compile."""
+MAX_CELLS = 15_000
+"""Maximum number of convex geoms of all surfaces; more are merged. These take MuJoCo 1.5 s to compile."""
+NARROWEST, WIDER = 1e-3, 2**0.25
+"""Side (m) of the cubes in which cells are merged first, and the next side as a share of one."""
 THICKNESS = 1.0
 """Thickness of the ground below the lowest point of a height map, m."""
 MIN_EXTENT = 1e-6
@@ -119,30 +120,36 @@ class Surfaces:
         return self._field(surface, ground.heights, ground.low, ground.high)
 
     def _cells_of(self, uses: Mapping[ConcaveMesh, int]) -> dict[ConcaveMesh, list[FloatArray]]:
-        """Return the convex cells of surfaces; if there are too many, merge those of the largest surfaces.
+        """Return the convex cells of surfaces; if there are too many, merge small neighbours.
 
         Args:
             uses: number of collisions with each surface.
         """
-        from nrp_world_mujoco.cells import cells, merged_cells  # compiled code takes time to load
+        from nrp_world_mujoco.cells import (  # compiled code takes time to load
+            boxes_of,
+            cells,
+            cubes_of,
+            merged_cells,
+        )
 
         triangles = {}
         for surface in uses:
             vertices, faces = triangles_of(surface)
             triangles[surface] = vertices[faces]
         found = {surface: cells(each, surface.depth) for surface, each in triangles.items()}
-
-        def total(most: int) -> int:
-            return sum(min(len(found[surface]), most) * number for surface, number in uses.items())
-
-        largest = max(map(len, found.values()), default=0)
-        if total(largest) <= MAX_CELLS:
-            return found
-        most = max(1, bisect_right(range(1, largest), MAX_CELLS, key=total))
+        boxes = {surface: boxes_of(each) for surface, each in found.items()}
+        counts, side = {surface: len(each) for surface, each in found.items()}, NARROWEST
+        while sum(counts[surface] * number for surface, number in uses.items()) > MAX_CELLS:
+            side *= WIDER
+            counts = {
+                surface: int(cubes_of(*each, side).max(initial=-1)) + 1 for surface, each in boxes.items()
+            }
         errors = []
-        for surface in [surface for surface, each in found.items() if len(each) > most]:
-            found[surface], error = merged_cells(triangles[surface], surface.depth, most)
+        for surface in [surface for surface, each in found.items() if counts[surface] < len(each)]:
+            found[surface], error = merged_cells(triangles[surface], surface.depth, side)
             errors.append(error)
+        if not errors:
+            return found
         message = f"{len(errors)} concave meshes have too many convex parts for MuJoCo"
         self._warnings.add(
             Code.NRP258, f"{message}, which are merged: their surface is up to {max(errors):.2g} m off"

@@ -32,7 +32,7 @@ MAX_BYTES_BESIDE = 50_000_000
 SETTLED_NS = 2_000_000_000
 """A file changed less than this before may change again without another time of change."""
 
-_VERSION = 4  # of the cache; increased with each change of a conversion
+_VERSION = 5  # of the cache; increased with each change of a conversion
 _LISTING = "pieces.json"
 LFS = b"version https://git-lfs"
 """How a pointer of Git LFS begins, which is in the place of a file that was not fetched."""

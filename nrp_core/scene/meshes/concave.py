@@ -38,6 +38,7 @@ _ON_HULL = 1e-3  # distance from the hull, as a share of the largest extent
 _BALANCED = 1e-3  # maximum length of the sum of area vectors of a closed surface, as a share of its area
 _OPEN_SHARE = 0.05  # maximum share of its edges that are edges of one triangle
 _UPWARD = 0.5  # minimum mean of the vertical components of a ground's normals
+_DOUBLED = 0.5  # minimum share of the faces of a sheet that are given from both sides
 _THIN_SHARE = 0.02  # of a surface, behind which the solid may be thinner than the cells
 _AT_ONCE = 500_000  # of these at once
 _TESTS = 5_000_000  # maximum number of crossings that are computed for the thickness of a solid
@@ -52,8 +53,8 @@ def concave_parts(triangles: Triangles) -> list[Surface] | None:
     pieces = list(_connected(triangles))
     if len(pieces) <= MAX_PIECES and not any(map(_is_concave, pieces)):
         return None
-    outward = [_outward(piece) for piece in pieces]
-    depths = np.array([_depth(piece) for piece in outward])
+    outward = [_outward(_one_sided(piece)) for piece in pieces]
+    depths = np.array([_depth(each, piece) for each, piece in zip(outward, pieces, strict=True)])
     classes = np.floor(np.log2(depths)).astype(int)
     large = np.array([len(piece) >= LARGE for piece in outward])
     parts = [_part([outward[i]], depths[i]) for i in np.flatnonzero(large)]
@@ -61,6 +62,13 @@ def concave_parts(triangles: Triangles) -> list[Surface] | None:
         alike = np.flatnonzero(~large & (classes == number))
         parts.append(_part([outward[i] for i in alike], depths[alike].min()))
     return parts
+
+
+def _one_sided(piece: Triangles) -> Triangles:
+    """Return the first of all triangles with the same corners: many files have each face from both sides."""
+    _, faces = weld_vertices(piece)
+    _, firsts = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    return piece[np.sort(firsts)]
 
 
 def _part(pieces: Sequence[Triangles], depth: float) -> Surface:
@@ -148,14 +156,17 @@ def _outward(piece: Triangles) -> Triangles:
     return piece[:, ::-1] if _is_closed(piece) and _volume(piece) < 0 else piece
 
 
-def _depth(piece: Triangles) -> float:
+def _depth(piece: Triangles, given: Triangles) -> float:
     """Return the depth of cells that stay in the solid behind nearly all of its surface, m.
 
-    An open surface has no inside: a ground is met from above, others from either side.
+    An open surface has no inside: a ground is met from above, others from either side. So does a surface
+    whose faces were given from both sides, closed or not.
     """
     a, b, c = piece.swapaxes(0, 1)
     most = MAX_DEPTH
-    if not _is_closed(piece) and np.cross(b - a, c - a)[:, 2].sum() / 2 < _UPWARD * area_of(piece):
+    if len(given) > (1 + _DOUBLED) * len(piece):
+        most = SHEET
+    elif not _is_closed(piece) and np.cross(b - a, c - a)[:, 2].sum() / 2 < _UPWARD * area_of(piece):
         most = SHEET
     count = int(np.clip(_TESTS // len(piece), 32, 256))
     normals = np.cross(b - a, c - a)

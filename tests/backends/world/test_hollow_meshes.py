@@ -206,6 +206,13 @@ def test_cells_of_a_round_surface_are_few_and_stay_near_it():
         assert filled.mean() > 0.99 if inside else not filled.any()  # cells part behind a hollow side
 
 
+def test_faces_that_are_given_from_both_sides_have_the_cells_of_a_sheet():
+    surface = tube(32)
+    (part,) = concave_parts(np.concatenate([surface, surface[:, ::-1]]))
+    assert part.depth == pytest.approx(0.01)
+    assert len(cells(part.triangles, 0.01)) == len(cells(surface, 0.01))
+
+
 def test_cells_are_computed_once(monkeypatch):
     (part,) = concave_parts(tube(48))
     first = cells(part.triangles, part.depth)
@@ -216,11 +223,11 @@ def test_cells_are_computed_once(monkeypatch):
 
 
 def test_merged_cells_are_few_cover_the_surface_and_stay_as_near_it_as_they_say():
-    surface, most = hills(65), 300
-    made, error = merged_cells(surface, 0.01, most)
-    assert len(cells(surface, 0.01)) > 4 * most
-    assert most / 4 < len(made) <= most
-    assert 0.01 < error < 0.3
+    surface, side = hills(65), 0.5
+    made, error = merged_cells(surface, 0.01, side)
+    assert len(cells(surface, 0.01)) > 4 * (8 / side) ** 2
+    assert len(made) <= (1 + 8 / side) ** 2 * 2
+    assert 0.01 < error < side / 2
     a, b, c = surface[::4].swapaxes(0, 1)
     normals = np.cross(b - a, c - a)
     normals /= np.linalg.norm(normals, axis=1)[:, None]
