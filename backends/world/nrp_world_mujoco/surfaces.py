@@ -19,8 +19,6 @@ from nrp_world_mujoco.library import mujoco, pos_quat
 
 MAX_CELLS = 15_000
 """Maximum number of convex geoms of all surfaces; more are merged. These take MuJoCo 1.5 s to compile."""
-NARROWEST, WIDER = 1e-3, 2**0.25
-"""Side (m) of the cubes in which cells are merged first, and the next side as a share of one."""
 THICKNESS = 1.0
 """Thickness of the ground below the lowest point of a height map, m."""
 MIN_EXTENT = 1e-6
@@ -125,29 +123,19 @@ class Surfaces:
         Args:
             uses: number of collisions with each surface.
         """
-        from nrp_world_mujoco.cells import (  # compiled code takes time to load
-            boxes_of,
-            cells,
-            cubes_of,
-            merged_cells,
-        )
+        # compiled code takes time to load
+        from nrp_core.scene.meshes.cells import boxes_of, cells, merged_cells, side_for
 
         triangles = {}
         for surface in uses:
             vertices, faces = triangles_of(surface)
             triangles[surface] = vertices[faces]
         found = {surface: cells(each, surface.depth) for surface, each in triangles.items()}
-        boxes = {surface: boxes_of(each) for surface, each in found.items()}
-        counts, side = {surface: len(each) for surface, each in found.items()}, NARROWEST
-        while sum(counts[surface] * number for surface, number in uses.items()) > MAX_CELLS:
-            side *= WIDER
-            counts = {
-                surface: int(cubes_of(*each, side).max(initial=-1)) + 1 for surface, each in boxes.items()
-            }
+        side = side_for([boxes_of(each) for each in found.values()], list(uses.values()), MAX_CELLS)
         errors = []
-        for surface in [surface for surface, each in found.items() if counts[surface] < len(each)]:
+        for surface, each in list(found.items()) if side else ():
             found[surface], error = merged_cells(triangles[surface], surface.depth, side)
-            errors.append(error)
+            errors += [error] if len(found[surface]) < len(each) else []
         if not errors:
             return found
         message = f"{len(errors)} concave meshes have too many convex parts for MuJoCo"

@@ -163,11 +163,8 @@ def _depth(piece: Triangles, given: Triangles) -> float:
     whose faces were given from both sides, closed or not.
     """
     a, b, c = piece.swapaxes(0, 1)
-    most = MAX_DEPTH
-    if len(given) > (1 + _DOUBLED) * len(piece):
-        most = SHEET
-    elif not _is_closed(piece) and np.cross(b - a, c - a)[:, 2].sum() / 2 < _UPWARD * area_of(piece):
-        most = SHEET
+    is_sheet = not _is_closed(piece) and np.cross(b - a, c - a)[:, 2].sum() / 2 < _UPWARD * area_of(piece)
+    most = SHEET if is_sheet or len(given) > (1 + _DOUBLED) * len(piece) else MAX_DEPTH
     count = int(np.clip(_TESTS // len(piece), 32, 256))
     normals = np.cross(b - a, c - a)
     areas = np.linalg.norm(normals, axis=1)

@@ -20,9 +20,10 @@ from nrp_core.scene.model import Rgba
 MAX_COLORS = 16
 """Maximum number of colours and images of a mesh; the last one is used for all others."""
 
-Form = Literal["whole", "colored", "convex", "solid", "hull"]
+Form = Literal["whole", "colored", "convex", "hollow", "solid", "hull"]
 """One piece, one piece for each colour or image, convex pieces, or the convex hull of all.
 
+``hollow`` are few convex pieces that leave the inside free, or none if there are not such;
 ``solid`` are convex pieces if these have the shape of the mesh, and else parts of its surface.
 """
 
@@ -83,6 +84,10 @@ def pieces_of(surfaces: Sequence[Surface], wanted: Wanted) -> list[Surface]:
         return [replace(merge_surfaces(surfaces), rgba=None, image=None, held=None)]
     if wanted.form == "solid" and (parts := concave_parts(concatenate(surfaces))):
         return parts
+    if wanted.form == "hollow":
+        from nrp_core.scene.meshes.cells import hollow_pieces  # compiled code takes time to load
+
+        return [Surface(frozenset(), piece) for piece in hollow_pieces(concatenate(surfaces))]
     if wanted.form in ("convex", "solid"):
         return [Surface(frozenset(), piece) for piece in convex_pieces(concatenate(surfaces))]
     if wanted.form == "hull":

@@ -37,7 +37,7 @@ def convex_pieces(triangles: Triangles) -> list[Triangles]:
             continue
         hull = simple_hull(_thick(cloud))
         kept.append(hull.equations)
-        pieces.append(_outward(hull))
+        pieces.append(outward(hull))
         if len(pieces) == MAX_PIECES:
             break
     return pieces
@@ -48,7 +48,7 @@ def whole_hull(triangles: Triangles) -> Triangles:
     from scipy.spatial import ConvexHull
 
     points, _ = weld_vertices(triangles)
-    return _outward(ConvexHull(_thick(points)))
+    return outward(ConvexHull(_thick(points)))
 
 
 def _connected(triangles: Triangles) -> Iterator[Points]:
@@ -106,7 +106,7 @@ def along(directions: Points, points: Points) -> npt.NDArray[np.float64]:
     return far
 
 
-def _outward(hull: ConvexHull) -> Triangles:
+def outward(hull: ConvexHull) -> Triangles:
     """Return the triangles of a hull, counter-clockwise as seen from outside."""
     triangles: Triangles = hull.points[hull.simplices]
     a, b, c = triangles.swapaxes(0, 1)

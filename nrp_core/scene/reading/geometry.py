@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
-from math import inf
 from pathlib import Path
 from typing import Any, Final
 
@@ -125,7 +124,13 @@ DEFAULT_SIZES = {
 
 
 def read_geometry(
-    element: Element, form: Form, reading: Reading, *, static: bool, alone: bool = False
+    element: Element,
+    form: Form,
+    reading: Reading,
+    *,
+    static: bool,
+    alone: bool = False,
+    weighed: bool = False,
 ) -> list[Shape]:
     """Read a ``<geometry>``.
 
@@ -135,6 +140,7 @@ def read_geometry(
         reading: the context of the reading.
         static: whether it belongs to a static model.
         alone: whether its link is the only one of its model; other objects may then be in or under it.
+        weighed: whether its link has an inertia, so that the shapes need not have the volume of the body.
 
     Returns:
         The shapes in the element's frame (a plane's normal need not be z): several if a mesh has several
@@ -153,7 +159,8 @@ def read_geometry(
         return [_plane(shape)]
     if shape.tag == "mesh":
         form = "solid" if static and form == "convex" else form
-        return _mesh(shape, form, reading, MAX_EXCESS if alone and form == "convex" else inf)
+        alone = alone and form == "convex"
+        return _mesh(shape, form, reading, alone=alone, hollow=alone and weighed)
     if shape.tag == "polyline":
         return _polyline(element.all("polyline"), form, reading)
     if shape.tag == "heightmap":
@@ -237,13 +244,14 @@ def _plane(shape: Element) -> Shape:
     return Shape(Plane((width, depth)), Pose.pointing(shape.direction("normal", (0.0, 0.0, 1.0))))
 
 
-def _mesh(shape: Element, form: Form, reading: Reading, max_excess: float) -> list[Shape]:
+def _mesh(shape: Element, form: Form, reading: Reading, *, alone: bool, hollow: bool) -> list[Shape]:
     """Return the pieces of a mesh, or none with a warning; another volume causes one, too."""
     uri = shape.require("uri")
     scale = shape.find("scale")
     x, y, z = scale.numbers(3) if scale else (1.0, 1.0, 1.0)
     try:
-        pieces = _pieces(uri, _wanted(shape, form), reading)
+        pieces = _pieces(uri, _wanted(shape, "hollow"), reading) if hollow else []
+        pieces = pieces or _pieces(uri, _wanted(shape, form), reading)
     except SceneError as error:
         subject = _missing_package(uri, reading)
         message = f"the package '{subject}' is not there: its meshes are replaced by simple shapes"
@@ -257,7 +265,7 @@ def _mesh(shape: Element, form: Form, reading: Reading, max_excess: float) -> li
         left_out = f"{pieces[0].left_out} triangles of the mesh '{uri.text}' are left out"
         message = f"{left_out}: a corner is not a number below 1e9"
         reading.notes.warn(uri, Code.NRP258, message, subject=uri.text)
-    if pieces[0].excess > max_excess:
+    if alone and pieces[0].excess > MAX_EXCESS:
         more = f"{100 * pieces[0].excess:.0f} % more volume, because it moves"
         message = f"the mesh '{uri.text}' collides as convex hulls with {more}"
         reading.notes.warn(uri, Code.NRP258, message, subject=uri.text)
@@ -343,6 +351,6 @@ def _pieces(uri: Element, wanted: Wanted, reading: Reading) -> list[Piece]:
 
 def _wanted(shape: Element, form: Form) -> Wanted:
     submesh = shape.section("submesh")
-    if form in ("convex", "solid") and shape.attributes.get("optimization") == "convex_hull":
+    if form in ("convex", "hollow", "solid") and shape.attributes.get("optimization") == "convex_hull":
         form = "hull"
     return Wanted(form, submesh.word("name"), submesh.flag("center", False))

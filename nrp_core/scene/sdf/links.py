@@ -96,9 +96,12 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool, 
     """
     name = link.attribute("name")
     place = partial(frames.place_in, frame=name)
+    given = link.find("inertial")
+    weighed = given is not None and given.find("inertia") is not None and not given.is_set("auto")
 
     def shapes(element: Element, form: Form) -> list[Shape]:
-        found = read_geometry(element.require("geometry"), form, reading, static=static, alone=alone)
+        geometry = element.require("geometry")
+        found = read_geometry(geometry, form, reading, static=static, alone=alone, weighed=weighed)
         return [replace(shape, pose=place(element) @ shape.pose) for shape in found]
 
     shown = []

@@ -7,13 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from nrp_world_mujoco.cells import cells, merged_cells
 from nrp_world_mujoco.ground import ground_of
 from scipy.spatial import ConvexHull
 
 from nrp_core.findings import Code
+from nrp_core.scene.meshes.cells import MAX_HOLLOW, cells, merged_cells
 from nrp_core.scene.meshes.concave import concave_parts
 from nrp_core.scene.meshes.stl import write_stl
+from nrp_core.scene.meshes.triangles import revolve
 from nrp_core.scene.model import ConcaveMesh
 from nrp_core.scene.sdf import read_scene
 
@@ -107,6 +108,33 @@ def test_an_object_that_moves_is_reported_with_the_volume_of_its_hull(tmp_path):
         found = [each for each in read_scene(tmp_path / "room.sdf").warnings if each.code == Code.NRP258]
         # the hull has 10 m x 10 m x 2 m, the walls 7.84 m^2 x 2 m
         assert [re.search(r"(\d+) %", each.message).group(1) for each in found] == expected
+
+
+def cup() -> np.ndarray:
+    """Return a cup about z of 0.5 m radius and 1 m height, its wall 4 cm and its bottom 10 cm thick."""
+    vertices, faces = revolve([(0, 0), (0.5, 0), (0.5, 1), (0.46, 1), (0.46, 0.1), (0, 0.1)])
+    return vertices[faces]
+
+
+@pytest.mark.one_of(2)
+@pytest.mark.parametrize("sides", [1, 2])
+def test_a_ball_stays_in_a_bin_that_moves(open_world, advance, tmp_path, sides):
+    surface = cup()
+    write_stl(tmp_path / "house.stl", np.concatenate([surface, surface[:, ::-1]][:sides]))
+    inertial = "<inertial><mass>20</mass><inertia><ixx>2</ixx><iyy>2</iyy><izz>2</izz></inertia></inertial>"
+    text = WORLD.format(place="0.1 0 1.5").replace(
+        '<static>1</static><link name="l">', f'<link name="l">{inertial}', 1
+    )
+    (tmp_path / "room.sdf").write_text(text)
+    scene = read_scene(tmp_path / "room.sdf")
+    assert len(scene.models[0].links[0].collisions) <= MAX_HOLLOW
+    assert not [each for each in scene.warnings if each.code == Code.NRP258]
+    world = open_world(scene)
+    advance(world, 1.5)
+    x, y, z = world.model_motion("ball").pose.position
+    assert np.hypot(x, y) < 0.46 - RADIUS + 0.01
+    assert z == pytest.approx(0.1 + RADIUS, abs=0.015)
+    assert world.model_motion("house").pose.position == pytest.approx((0, 0, 0), abs=0.02)
 
 
 def hull_of_cube() -> np.ndarray:
@@ -216,7 +244,7 @@ def test_faces_that_are_given_from_both_sides_have_the_cells_of_a_sheet():
 def test_cells_are_computed_once(monkeypatch):
     (part,) = concave_parts(tube(48))
     first = cells(part.triangles, part.depth)
-    monkeypatch.setattr("nrp_world_mujoco.cells._computed", None)
+    monkeypatch.setattr("nrp_core.scene.meshes.cells._computed", None)
     again = cells(part.triangles, part.depth)
     assert len(first) > 1
     assert all(np.array_equal(one, other) for one, other in zip(first, again, strict=True))

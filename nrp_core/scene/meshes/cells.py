@@ -1,4 +1,4 @@
-"""Thin convex cells behind the surface of a mesh: MuJoCo only has convex shapes.
+"""Thin convex cells behind the surface of a mesh, for what has convex shapes only: MuJoCo, and moving bodies.
 
 Triangles are first joined to nearly flat convex polygons, then polygons to cells where the surface is convex.
 A cell is the hull of its polygons and of the same moved into the solid.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Sequence
+from operator import mul
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,8 @@ from scipy.spatial.distance import cdist
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.cache import cached_folder
 from nrp_core._support.jit import jit
-from nrp_core.scene.meshes.convex import simple_hull
+from nrp_core.scene.meshes.concave import concave_parts
+from nrp_core.scene.meshes.convex import outward, simple_hull
 from nrp_core.scene.meshes.triangles import Points, Triangles, weld_vertices
 
 MAX_ERROR = 2e-3
@@ -26,6 +28,10 @@ MAX_SHARE = 5e-3
 """The same as a share of the largest extent."""
 MAX_CORNERS = 32
 """Maximum number of corners of several polygons in one cell."""
+MAX_HOLLOW = 64
+"""Maximum number of hulls of a body that moves."""
+MAX_SIDE = 0.4
+"""Maximum side of the cubes in which its cells are merged, as a share of its largest extent."""
 
 _FILE = "cells.npz"
 _NONE = np.empty((0, 3))
@@ -34,6 +40,7 @@ _MIN_WIDTH = 1e-4  # m; nothing falls through narrower gaps
 _ALIGNED = 0.8  # minimum cosine of the angle between polygons that are joined to one
 _SMOOTH = 0.9  # the same across an edge where the surface goes on
 _PASSES = 4
+_NARROWEST, _WIDER, _WIDEST = 1e-3, 2**0.25, 1e3  # m; sides of the cubes in which cells are merged
 
 
 def cells(triangles: Triangles, depth: float) -> list[Points]:
@@ -89,11 +96,9 @@ def boxes_of(found: Sequence[Points]) -> tuple[Points, Points]:
 
 
 def cubes_of(low: Points, high: Points, side: float) -> IntArray:
-    """Return a number for each box, the same for all small ones with their middles in one cube.
+    """Return a number for each box, the same for all with their middles in one cube of a side (m).
 
-    Args:
-        low, high: the corners of the boxes, m, shape ``(n, 3)``.
-        side: of the cubes, m; boxes with a larger extent have numbers of their own.
+    Boxes with a larger extent have numbers of their own.
     """
     places = np.floor((low + high - 2 * low.min(axis=0, initial=np.inf)) / (2 * side)).astype(np.int64)
     codes = places @ [1 << 42, 1 << 21, 1]
@@ -101,6 +106,36 @@ def cubes_of(low: Points, high: Points, side: float) -> IntArray:
     codes[large] = -1 - np.flatnonzero(large)
     numbers: IntArray = np.unique(codes, return_inverse=True)[1]
     return numbers
+
+
+def side_for(boxes: Sequence[tuple[Points, Points]], uses: Sequence[int], most: int) -> float:
+    """Return the side (m) of the cubes in which cells must be merged, so that they are few; 0 if they are.
+
+    Args:
+        boxes: :func:`boxes_of` the cells of each surface.
+        uses: how often each surface is used.
+        most: maximum number of cells; it is exceeded if each surface has one cell and that is too many.
+    """
+    counts, side = [len(low) for low, _ in boxes], 0.0
+    while sum(map(mul, counts, uses)) > most and side < _WIDEST:
+        side = side * _WIDER or _NARROWEST
+        counts = [int(cubes_of(*each, side).max(initial=-1)) + 1 for each in boxes]
+    return side
+
+
+def hollow_pieces(triangles: Triangles) -> list[Triangles]:
+    """Return a mesh that is not convex as few hulls that leave its inside free, such as that of a cup.
+
+    Returns:
+        Nothing if it is convex, or if its cells are so many that hulls of several would fill it.
+    """
+    found = [
+        each for part in concave_parts(triangles) or () for each in cells(part.triangles, part.depth or 0.0)
+    ]
+    side = side_for([boxes_of(found)], [1], MAX_HOLLOW)
+    if not found or side > MAX_SIDE * float(np.ptp(triangles.reshape(-1, 3), axis=0).max()):
+        return []
+    return [outward(simple_hull(corners)) for corners in (_merged(found, side)[0] if side else found)]
 
 
 def _merged(found: Sequence[Points], side: float) -> tuple[list[Points], float]:
