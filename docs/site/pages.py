@@ -11,10 +11,13 @@ import re
 import shutil
 from pathlib import PurePosixPath
 
+from latex2mathml.converter import convert
 from paths import PAGES, ROOT, documents, page_of, source_page_of
 
 GALLERY = PurePosixPath("docs", "gallery.md")
 _FENCE = re.compile(r"^(```+|~~~+).*?^\1\s*$", re.MULTILINE | re.DOTALL)
+_EQUATION = re.compile(r"```math\n(.*)\n```\s*", re.DOTALL)
+_FORMULA = re.compile(r"\$`(.+?)`\$")
 _LINK = re.compile(r"(?<=\]\()([^)\s]+)(?=\))")
 _COMMENT = re.compile(r"^<!--.*?-->\n", re.MULTILINE)
 _LANGUAGES = {".py": "python", ".yaml": "yaml", ".sdf": "xml", ".toml": "toml", ".cff": "yaml", ".sh": "sh"}
@@ -40,7 +43,9 @@ def write_documents() -> None:
 
 
 def on_the_site(text: str, document: PurePosixPath, linked: set[PurePosixPath]) -> str:
-    """Return a document with its links changed to those of the site, without comments.
+    """Return a document with its links changed to those of the site, equations in MathML, without comments.
+
+    Equations are written as code hosts show them: blocks of ``math``, and ``$`x`$`` in a sentence.
 
     Args:
         text: of the document.
@@ -49,7 +54,9 @@ def on_the_site(text: str, document: PurePosixPath, linked: set[PurePosixPath]) 
     """
     parts, end = [], 0
     for fence in _FENCE.finditer(text):
-        parts += [_relink(text[end : fence.start()], document, linked), fence[0]]
+        equation = _EQUATION.fullmatch(fence[0])
+        code = f"{convert(equation[1], display='block')}\n\n" if equation else fence[0]
+        parts += [_relink(text[end : fence.start()], document, linked), code]
         end = fence.end()
     return "".join([*parts, _relink(text[end:], document, linked)])
 
@@ -61,7 +68,8 @@ def _relink(text: str, document: PurePosixPath, linked: set[PurePosixPath]) -> s
             return match[1]
         return _link(document, target, linked) + mark + heading
 
-    return _LINK.sub(changed, _COMMENT.sub("", text))
+    text = _FORMULA.sub(lambda match: convert(match[1]), _COMMENT.sub("", text))
+    return _LINK.sub(changed, text)
 
 
 def _link(document: PurePosixPath, target: str, linked: set[PurePosixPath]) -> str:

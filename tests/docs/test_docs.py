@@ -2,7 +2,7 @@
 
 Blocks of one page run in order, in one fresh folder: ``sh`` as a script, ``python`` as a program; a
 block whose first line is a comment with a file name is written to that file instead. Blocks of language
-``text`` show output. A block after ``<!-- not run: reason -->`` is skipped.
+``text`` show output, those of ``math`` equations. A block after ``<!-- not run: reason -->`` is skipped.
 """
 
 from __future__ import annotations
@@ -32,13 +32,14 @@ READMES = sorted(
 
 BLOCK = re.compile(r"(<!-- not run: .+? -->\n)?^```(\w+)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FILE_NAME = re.compile(r"(?:#|<!--) ([\w./-]+\.\w+)(?: -->)?\n")
+SHOWN = {"text", "math"}
 RUNS_AS = {"sh": ["bash", "-e"], "python": ["python"]}
 MANY_RUNS = frozenset(
     f"docs/{name}.md"
     for name in (
         "howto/contribute-a-synapse-law", "howto/compare-simulators", "howto/evolve-settings",
         "howto/judge-a-run", "howto/use-pynn", "howto/use-your-robot", "howto/write-a-cell-in-equations",
-        "tutorial/first-experiment",
+        "tutorial/first-experiment", "tutorial/biology-and-equations",
         "howto/intervene-in-a-brain", "howto/learn-in-the-loop", "howto/map-to-spinnaker",
         "howto/pack-a-paper", "howto/prove-a-backend",
         "howto/record-and-replay", "howto/run-a-fly", "howto/set-parameters", "howto/steer-a-run",
@@ -62,7 +63,7 @@ class Block:
 def blocks(page: Path) -> Iterator[Block]:
     text = page.read_text()
     for match in BLOCK.finditer(text):
-        if not match[1] and match[2] != "text":
+        if not match[1] and match[2] not in SHOWN:
             yield Block(match[2], match[3], text[: match.start()].count("\n") + 1)
 
 

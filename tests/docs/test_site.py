@@ -21,6 +21,15 @@ def test_code_keeps_what_looks_like_a_link_and_comments_go() -> None:
     assert page == "```sh\necho [a](b.md)\n```\n"
 
 
+def test_equations_become_mathml_and_code_keeps_its_dollars() -> None:
+    text = "From $`x_0`$ on:\n\n```math\n\\frac{a}{b}\n```\n\n```sh\necho $`pwd`$\n```\n"
+    page = on_the_site(text, PurePosixPath("docs/howto/use-pynn.md"), set())
+    assert page.count("<math ") == page.count("</math>") == 2
+    assert "<msub><mi>x</mi>" in page
+    assert "<mfrac>" in page
+    assert "echo $`pwd`$" in page
+
+
 def test_a_link_to_a_file_that_is_missing_ends_the_build() -> None:
     with pytest.raises(SystemExit, match=r"use-pynn\.md: links to nothing\.md"):
         on_the_site("[a](nothing.md)", PurePosixPath("docs/howto/use-pynn.md"), set())
