@@ -12,7 +12,7 @@ import shutil
 from pathlib import PurePosixPath
 
 from latex2mathml.converter import convert
-from paths import PAGES, ROOT, documents, page_of, source_page_of
+from paths import PAGES, ROOT, documents, is_searched, page_of, source_page_of
 
 GALLERY = PurePosixPath("docs", "gallery.md")
 _FENCE = re.compile(r"^(```+|~~~+).*?^\1\s*$", re.MULTILINE | re.DOTALL)
@@ -37,7 +37,8 @@ def write_documents() -> None:
     for document in documents():
         page = page_of(document)
         assert page is not None
-        write_page(page, on_the_site((ROOT / document).read_text(), document, linked))
+        front = "" if is_searched(document) else "---\nsearch:\n  exclude: true\n---\n"
+        write_page(page, front + on_the_site((ROOT / document).read_text(), document, linked))
     for file in sorted(linked):
         _write_source(file)
 

@@ -27,6 +27,21 @@ _RENAMED = {
 }
 
 
+_UNSEARCHED = ("docs/decisions", "CHANGELOG.md", "changes", *(
+    f"docs/reference/{name}.md"
+    for name in (
+        "benchmarks", "errata", "nestml-neurons", "parity", "pynn-scripts", "robots", "simulator-examples",
+        "speed", "spynnaker-public-scripts",
+    )
+))  # fmt: skip
+"""Tables of results, decisions and changes, which hide the pages that a reader needs."""
+
+
+def is_searched(file: PurePosixPath) -> bool:
+    """Return whether the search of the site finds a document."""
+    return not any(file.is_relative_to(place) for place in _UNSEARCHED)
+
+
 def page_of(file: PurePosixPath) -> PurePosixPath | None:
     """Return the page that a file of the repository becomes, or None if it is shown as source."""
     name = str(file)
