@@ -277,7 +277,10 @@ def _lines(experiment: Experiment, parameters: Parameters) -> Iterator[str]:
     models = ", ".join(f"{name} {path.name}".strip() for name, path in brain.files.items())
     yield f"  brain: {models} in {brain.backend}"
     yield from _parameters("parameter", parameters.brain)
-    robots = ", ".join(f"{name} ({robot.model.name})" for name, robot in world.robots.items()) or "no robot"
+    files = {
+        name: robot.model.name if robot.model else "of the scene" for name, robot in world.robots.items()
+    }
+    robots = ", ".join(f"{name} ({file})" for name, file in files.items()) or "no robot"
     room = world.scene.name if world.scene else "its own room"
     yield f"  world: {room} in {world.backend}, {robots}"
     if experiment.transfer_functions:

@@ -195,7 +195,7 @@ def test_a_value_of_a_file_is_reported_if_it_cannot_be_meant(
 def test_a_room_that_is_the_robot_is_refused_with_both_names(husky: Path) -> None:
     (message,) = said(husky, f"world.scene={husky}/husky.sdf")
     assert "the room already has a model 'husky': rename the robot, or the model" in message
-    assert "; is 'scene' the file of a robot? [NRP209]" in message
+    assert "; for a robot in the scene's file leave 'model' out [NRP209]" in message
 
 
 def test_a_run_reports_devices_and_parameters_without_effect(husky: Path) -> None:

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial, reduce
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.loading import Listing
-from nrp_core.errors import ExperimentError, NetworkError, UnknownBackendError, did_you_mean
+from nrp_core.errors import ExperimentError, NetworkError, SceneError, UnknownBackendError, did_you_mean
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Build, Experiment, PartMaker
 from nrp_core.experiment.model.section import Key
@@ -129,6 +129,7 @@ class Maker(PartMaker):
             SceneError: it cannot be read.
         """
         section, models = experiment.world.robots[name], experiment.models
+        assert section.model is not None, "a robot of the scene's file is read with the room"
         read = partial(
             read_model,
             section.model,
@@ -139,19 +140,9 @@ class Maker(PartMaker):
             find_elsewhere=self.find_elsewhere,
         )
         if experiment.strict:
-            return self._fit(experiment, name, read())
+            return _fit(experiment, name, read())
         model, left_out = read_without(lambda without: read(without=without, lenient=True))
-        return self._fit(experiment, name, replace(model, warnings=(*model.warnings, *left_out)))
-
-    def _fit(self, experiment: Experiment, name: str, model: Model) -> Model:
-        """Return a robot with the experiment's additions; findings about these refer to the experiment."""
-        result = set_up_robot(model, experiment.world.robots[name].fitting)
-        place = experiment.place("world", "robots", name)
-        warnings = [
-            one if one.path else replace(place.finding(one.code, one.message, one.level), subject=one.subject)
-            for one in result.warnings
-        ]
-        return replace(result, warnings=tuple(warnings))
+        return _fit(experiment, name, replace(model, warnings=(*model.warnings, *left_out)))
 
     def network(self, experiment: Experiment, build: Build = build_here) -> Network:
         brain, files = experiment.brain, experiment.brain.files
@@ -190,8 +181,43 @@ def scene_of(experiment: Experiment) -> Scene:
         SceneError: the file of the room or of a robot cannot be read.
     """
     maker = maker_of(experiment)
-    robots = [maker.robot(experiment, name) for name in experiment.world.robots]
-    return with_clearance(reduce(Scene.with_model, robots, maker.room(experiment)))
+    scene = maker.room(experiment)
+    for name in experiment.world.robots:
+        scene = with_robot(scene, experiment, name, maker)
+    return with_clearance(scene)
+
+
+def with_robot(scene: Scene, experiment: Experiment, name: str, maker: PartMaker) -> Scene:
+    """Return a scene with a robot of an experiment, or with additions to a model that it has.
+
+    Raises:
+        SceneError: the robot cannot be read, or the scene has a model of its name, or lacks it.
+    """
+    section, names = experiment.world.robots[name], [model.name for model in scene.models]
+    if section.model is None:
+        if name not in names:
+            hint = did_you_mean(name, names)
+            raise SceneError(f"'{name}' needs the key 'model', because the scene has no model '{name}'{hint}")
+        own = scene.model(name)
+        placed = own if section.start is None else replace(own, pose=section.start)
+        found = _fit(experiment, name, replace(placed, warnings=()))
+        models = tuple(found if model is own else model for model in scene.models)
+        return replace(scene, models=models, warnings=(*scene.warnings, *found.warnings))
+    if name in names:
+        other = "; for a robot in the scene's file leave 'model' out"
+        raise SceneError(f"the room already has a model '{name}': rename the robot, or the model{other}")
+    return scene.with_model(maker.robot(experiment, name))
+
+
+def _fit(experiment: Experiment, name: str, model: Model) -> Model:
+    """Return a robot with the experiment's additions; findings about these refer to the experiment."""
+    result = set_up_robot(model, experiment.world.robots[name].fitting)
+    place = experiment.place("world", "robots", name)
+    warnings = [
+        one if one.path else replace(place.finding(one.code, one.message, one.level), subject=one.subject)
+        for one in result.warnings
+    ]
+    return replace(result, warnings=tuple(warnings))
 
 
 def load_function_file(

@@ -8,7 +8,7 @@ from __future__ import annotations
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from functools import partial, reduce
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,13 +25,12 @@ from nrp_core.errors import (
     CapabilityError,
     EndlessScriptError,
     NeuronSelectionError,
-    SceneError,
     TopicError,
     did_you_mean,
 )
 from nrp_core.experiment.backends import load_backend, named_errors
 from nrp_core.experiment.making.interventions import check_capabilities, with_variants
-from nrp_core.experiment.making.maker import maker_of, with_parameters
+from nrp_core.experiment.making.maker import maker_of, with_parameters, with_robot
 from nrp_core.experiment.making.plan import B, Plan, PlanParts, ProgressCallback, Side, no_progress
 from nrp_core.experiment.making.watch import Watch, declare_own, warn_of_missing_topics
 from nrp_core.experiment.model.collector import Collector, Omission
@@ -47,7 +46,7 @@ from nrp_core.registry import Registry
 from nrp_core.scene.clearance import with_clearance
 from nrp_core.scene.devices import Noise
 from nrp_core.scene.merged_bodies import bodies_of
-from nrp_core.scene.model import Model, Scene
+from nrp_core.scene.model import Scene
 from nrp_core.world.backend import WorldBackend
 from nrp_core.world.backends import worlds
 from nrp_core.world.domain_randomization import check_randomization
@@ -313,19 +312,16 @@ def _make_scene(
         return None
     with collector.during(Code.NRP209, "world", "scene"):
         scene = maker.room(experiment)
-    models: list[Model] = []
-    for name in robots:
+    whole, added = scene or Scene(()), 0
+    for name, section in robots.items():
         omission = None if experiment.strict else Omission(Code.NRP256, "robot", name)
         with collector.during(Code.NRP209, "world", "robots", name, omission=omission):
-            if scene is not None and any(model.name == name for model in scene.models):
-                swapped = "; is 'scene' the file of a robot?" * (len(scene.models) == 1)
-                message = f"the room already has a model '{name}': rename the robot, or the model"
-                raise SceneError(message + swapped)
-            models.append(maker.robot(experiment, name))
-    if scene is None or (experiment.strict and len(models) < len(robots)):
+            if scene is not None or section.model is not None:
+                whole, added = with_robot(whole, experiment, name, maker), added + 1
+    if scene is None or (experiment.strict and added < len(robots)):
         return None
     with collector.during(Code.NRP209, "world", "robots"):
-        scene = with_clearance(reduce(Scene.with_model, models, scene))
+        scene = with_clearance(whole)
         collector.findings += scene.warnings
         return _with_ranges(experiment, _with_imperfections(experiment, scene, collector), collector)
     return None

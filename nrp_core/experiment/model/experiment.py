@@ -58,6 +58,7 @@ from nrp_core.paths import ExistingFile, ExistingFolder, existing_file
 from nrp_core.quantities import AngleRad, DurationNs, LengthM, PeriodNs, RateHz, RoundedNs, time_ns
 from nrp_core.scene.devices import Pid
 from nrp_core.scene.model import Model, Scene
+from nrp_core.scene.reading.context import SHIPPED
 from nrp_core.scene.rigid import Pose
 from nrp_core.seeds import require_seed
 from nrp_core.world.robot_setup import AddedSensor, JointControl, RobotSetup
@@ -288,8 +289,8 @@ class ControlSection(Section):
 class RobotSection(Section):
     """One robot."""
 
-    model: ExistingFile
-    """Its body: a file in SDF, URDF, xacro or another format that is read."""
+    model: ExistingFile | None = None
+    """Its body: a file in SDF, URDF, xacro or another format; by default, the model in the scene."""
     pose: PoseList | None = None
     """Where it starts: x, y, z, roll, pitch, yaw; by default the pose in its file."""
     args: dict[str, str | int | float | bool] = Field(default_factory=dict)
@@ -306,6 +307,12 @@ class RobotSection(Section):
     """How joints are commanded, by regular expressions for their names: ``".*": {mode: position}``."""
     add_sensors: tuple[AddedSensorSection, ...] = ()
     """Further sensors on its links: ``[{type: camera, link: head}]``."""
+
+    @model_validator(mode="after")
+    def _arguments_of_a_file(self) -> RobotSection:
+        if self.args and self.model is None:
+            raise ValueError("'args' are those of a xacro file: give it as 'model'")
+        return self
 
     @property
     def fitting(self) -> RobotSetup:
@@ -353,11 +360,30 @@ class CommandSection(Section):
     """From the publication of a command to its effect."""
 
 
+EMPTY_SCENE = SHIPPED.parent / "empty.sdf"
+"""The scene called ``empty``: a ground and a sun."""
+
+
+def _scene_file(value: object) -> Path:
+    """Return the file of a scene; ``empty`` is that with a ground and a sun."""
+    return EMPTY_SCENE if value == "empty" else existing_file(value)
+
+
+SceneFile = Annotated[
+    Path,
+    BeforeValidator(_scene_file),
+    WithJsonSchema(
+        {"type": "string", "description": "a file, relative to the file that names it; or 'empty'"}
+    ),
+]
+"""The file of a scene, kept as an absolute path."""
+
+
 class WorldSection(BackendSection):
     """The world side."""
 
-    scene: ExistingFile | None = None
-    """The room: an SDF file; required unless the world has its own."""
+    scene: SceneFile | None = None
+    """The room: an SDF file, or ``empty``; required unless the world has its own."""
     robots: dict[Name, RobotSection] = Field(default_factory=dict)
     """The robots in it; a robot's name is that of its model in the scene."""
     sensors: dict[TopicName, SensorSection] = Field(default_factory=dict)
@@ -487,7 +513,7 @@ class Experiment(Overview, Section):
             ("part", "value"),
             *((f"brain {name}".strip(), path) for name, path in self.brain.files.items()),
             ("scene", self.world.scene or "none"),
-            *((f"robot {name}", robot.model) for name, robot in self.world.robots.items()),
+            *((f"robot {name}", robot.model or "of the scene") for name, robot in self.world.robots.items()),
             *(("transfer functions", path) for path in self.transfer_functions),
             *((f"criterion {name}", "") for name in self.criteria),
             ("seed", self.seed),
