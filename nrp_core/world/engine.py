@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
 from typing import TYPE_CHECKING, Any, ClassVar, Final, final
 
-import numpy as np
-
 from nrp_core._support.arrays import FloatArray
-from nrp_core._support.small_matrices import product
 from nrp_core.errors import CapabilityError, DivergedError
 from nrp_core.findings import Findings
 from nrp_core.findings.refusals import JOINT_CONTROL, MODEL_MOVES, SCENE_CHANGES, SNAPSHOTS, refusal
@@ -153,10 +150,11 @@ class ExternalWrenches:
     """The wrenches on the bodies of a scene, each kept until its owner replaces it."""
 
     def __init__(self) -> None:
-        self._by_body: dict[BodyPath, dict[tuple[str, str], FloatArray]] = {}
+        self._by_body: dict[BodyPath, dict[tuple[str, str], Wrench]] = {}
+        self._levers: dict[tuple[BodyPath, str], tuple[Pose, Vector]] = {}
 
     def add(
-        self, path: BodyPath, body: Body, link: str, link_pose: Pose, wrench: Wrench, of: str
+        self, path: BodyPath, body: Body, link: str, pose: Callable[[], Pose], wrench: Wrench, of: str
     ) -> tuple[Wrench, bool]:
         """Set the wrench that an owner applies to a link at its centre of mass.
 
@@ -164,7 +162,8 @@ class ExternalWrenches:
             path: the model, and the index of the body.
             body: the body, which the link is part of.
             link: the link.
-            link_pose: its pose in the world, m.
+            pose: returns the pose of the link in the world, m; called where the link's centre of mass is not
+                that of the body.
             wrench: the wrench in the axes of the world, N and N m.
             of: the owner.
 
@@ -172,14 +171,23 @@ class ExternalWrenches:
             The sum of all wrenches at the body's centre of mass, and whether the lever arm of this one turns
             with the body, so that it must be set again in each step.
         """
-        part, lever = lever_of(body, link)
-        turn = rotation_matrix((link_pose @ part.pose.inverse()).orientation)
-        pulls = self._by_body.setdefault(path, {})
-        pulls[link, of] = np.array(
-            [wrench.force, np.cross(product(turn, np.array(lever)), wrench.force) + wrench.torque]
-        )
-        (fx, fy, fz), (tx, ty, tz) = np.sum([pulls[name] for name in sorted(pulls)], axis=0).tolist()
-        return Wrench((fx, fy, fz), (tx, ty, tz)), bool(np.any(lever) and np.any(wrench.force))
+        if (path, link) not in self._levers:
+            part, lever = lever_of(body, link)
+            self._levers[path, link] = part.pose.inverse(), lever
+        to_body, lever = self._levers[path, link]
+        pulls, turns = self._by_body.setdefault(path, {}), any(lever) and any(wrench.force)
+        pulls[link, of] = _moved(wrench, (pose() @ to_body).rotate(lever)) if turns else wrench
+        if len(pulls) == 1:
+            return pulls[link, of], turns
+        both = [(*each.force, *each.torque) for _, each in sorted(pulls.items())]
+        fx, fy, fz, tx, ty, tz = map(sum, zip(*both, strict=True))
+        return Wrench((fx, fy, fz), (tx, ty, tz)), turns
+
+
+def _moved(wrench: Wrench, lever: Vector) -> Wrench:
+    """Return a wrench about a point from which its own is at the end of a lever."""
+    (x, y, z), (fx, fy, fz), (tx, ty, tz) = lever, wrench.force, wrench.torque
+    return Wrench(wrench.force, (tx + y * fz - z * fy, ty + z * fx - x * fz, tz + x * fy - y * fx))
 
 
 MOST_RATE: Final = 9.9e5
@@ -226,6 +234,7 @@ class Engine(JointCommands):
         check_scene(scene, self.capabilities, self, self.warnings)
         self._bodies: dict[str, tuple[Body, ...]] = {}
         self._external_wrenches = ExternalWrenches()
+        self._body_paths: dict[tuple[str, str], BodyPath] = {}
         self._space: CollisionSpace | None = None
         self._renderers = SceneRenderers(self._open_renderer, "".join(self.capabilities.renderers[:1]))
 
@@ -414,13 +423,16 @@ class Engine(JointCommands):
         Returns:
             Whether its lever arm turns with the body, so that it must be set again in each step.
         """
-        bodies = self._bodies_of(model)
-        index = body_of(bodies, link)
-        if bodies[index].inertial is None:
+        path = self._place_of(model, link)
+        body = self._bodies_of(model)[path[1]]
+        if body.inertial is None:
             return False  # a fixed body cannot be pushed
-        pose = self.link_motion(model, link).pose
-        total, turns = self._external_wrenches.add((model, index), bodies[index], link, pose, wrench, of)
-        self._do_set_wrench((model, index), total)
+
+        def pose() -> Pose:
+            return self.link_motion(model, link).pose
+
+        total, turns = self._external_wrenches.add(path, body, link, pose, wrench, of)
+        self._do_set_wrench(path, total)
         return turns
 
     # -- changes of the scene
@@ -438,7 +450,7 @@ class Engine(JointCommands):
         check_scene(scene, self.capabilities, self, self.warnings)
         self._do_load(scene)
         self.scene = scene
-        self._bodies, self._external_wrenches = {}, ExternalWrenches()
+        self._bodies, self._body_paths, self._external_wrenches = {}, {}, ExternalWrenches()
         self._space = None
         self._renderers.close()
         self._renderers = SceneRenderers(self._open_renderer, "".join(self.capabilities.renderers[:1]))
@@ -498,6 +510,12 @@ class Engine(JointCommands):
         if model not in self._bodies:
             self._bodies[model] = bodies_of(self.scene.model(model))
         return self._bodies[model]
+
+    def _place_of(self, model: str, link: str) -> BodyPath:
+        """Return the path of the body that a link is part of."""
+        if (model, link) not in self._body_paths:
+            self._body_paths[model, link] = model, body_of(self._bodies_of(model), link)
+        return self._body_paths[model, link]
 
     def _all_bodies(self) -> dict[str, tuple[Body, ...]]:
         return {model.name: self._bodies_of(model.name) for model in self.scene.models}

@@ -102,7 +102,7 @@ class MujocoEngine(JointedEngine):
         self._refresh()
 
     def _do_motion_of(self, body: Body, place: int, offset: Pose) -> MotionOf:
-        return motion_of(body, place, offset, self._model, self._data, self._refresh)
+        return motion_of(body, place, offset, self._model, self._data, self._refresh_rates)
 
     def _do_base(self, body: Body, place: int) -> Floating:
         return Floating(self._model, self._data, place)
@@ -274,7 +274,15 @@ class MujocoEngine(JointedEngine):
         """Update the positions of bodies, which are one step behind after a step."""
         if self._stale:
             mujoco.mj_kinematics(self._model, self._data)
-            self._stale = False
+            self._stale, self._rates_stale = False, True
+
+    def _refresh_rates(self) -> None:
+        """Update also the velocities of bodies."""
+        self._refresh()
+        if self._rates_stale:
+            mujoco.mj_comPos(self._model, self._data)
+            mujoco.mj_comVel(self._model, self._data)
+            self._rates_stale = False
 
     def _mute_warnings(self) -> None:
         """Mark every kind of warning as given: MuJoCo prints and logs only the first one."""

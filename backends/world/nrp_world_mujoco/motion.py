@@ -25,7 +25,7 @@ def motion_of(
         held: pose of the frame in the body's frame.
         engine: the compiled model.
         data: MuJoCo's state.
-        refresh: updates the positions of bodies.
+        refresh: updates the positions and velocities of bodies.
     """
     if not body.floats:
         return _Jointed(engine, data, ident, held, refresh)
@@ -89,15 +89,14 @@ class _Jointed:
 
     def __init__(self, engine: Any, data: Any, ident: int, held: Pose, refresh: Callable[[], None]) -> None:
         self._engine, self._data, self._id = engine, data, ident
+        self._position, self._turn = data.xpos[ident], data.xquat[ident]
         self._held, self._refresh = held, refresh
         self._velocity = np.empty(6)
 
     def __call__(self) -> ModelMotion:
         self._refresh()
-        x, y, z = self._data.xpos[self._id].tolist()
-        qw, qx, qy, qz = self._data.xquat[self._id].tolist()
-        mujoco.mj_comPos(self._engine, self._data)
-        mujoco.mj_comVel(self._engine, self._data)
+        x, y, z = self._position.tolist()
+        qw, qx, qy, qz = self._turn.tolist()
         body = mujoco.mjtObj.mjOBJ_XBODY
         mujoco.mj_objectVelocity(self._engine, self._data, body, self._id, self._velocity, 0)
         wx, wy, wz, vx, vy, vz = self._velocity.tolist()
