@@ -149,7 +149,7 @@ class LimitedBackend(EventBackend):
     options = LimitedOptions
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize("ask", [
     lambda brain: brain.run_until(2 * NS_PER_MS),
     lambda brain: brain.set_weights("p", np.ones(300_000)),  # more than a socket holds

@@ -59,7 +59,7 @@ def test_a_file_with_other_contents_has_nothing_to_do_with_rights(husky: Path) -
     assert "a check executes" not in finding.message
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="confinement needs Linux")
 @pytest.mark.parametrize(
     ("statement", "error"),
@@ -218,7 +218,7 @@ def test_each_attempt_to_reach_beyond_the_process_is_refused_or_harmless(
     assert len(found) >= 71
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @LINUX
 @pytest.mark.parametrize("before", [[], WITHOUT_RIGHTS] if ROOT else [[]], ids=len)
 def test_the_libraries_of_experiments_work_in_a_confined_process(tmp_path: Path, before: list[str]) -> None:
@@ -241,7 +241,7 @@ MISSING = {
 }
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @LINUX
 @pytest.mark.parametrize("missing", MISSING)
 def test_a_script_is_executed_only_where_it_can_be_confined(

@@ -146,8 +146,7 @@ def test_a_file_alone_is_loaded_in_the_confined_process(functions: Path) -> None
     assert [one.code for one in validate_file(file)] == [Code.NRP210]
 
 
-@pytest.mark.one_of(3)
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize("name", [name for name in shipped() if "/" not in name])
 def test_mock_sensors_have_the_sizes_names_and_ranges_of_the_scene(name: str) -> None:
     parts = make_parts(load_experiment(name))

@@ -37,7 +37,7 @@ def findings(husky: Path, text: str) -> list[Finding]:
     return validate_file(husky / "experiment.yaml", [f"transfer_functions=[{husky}/mine.py]"])
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize(
     ("right", "wrong"),
     [

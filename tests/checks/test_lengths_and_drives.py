@@ -93,6 +93,7 @@ def test_two_controllers_of_one_joint_are_reported(tmp_path: Path) -> None:
     assert codes(model) == [Code.NRP376]
 
 
+@pytest.mark.one_of(2)
 @pytest.mark.parametrize(("step", "found"), [("2 ms", []), ("20 ms", [Code.NRP372]), ("2 us", [Code.NRP372])])
 def test_steps_of_physics_in_another_unit_are_reported(husky: Path, step: str, found: list[Code]) -> None:
     findings = validate_file(husky / "experiment.yaml", [f"world.options.timestep={step}"])

@@ -17,7 +17,7 @@ MUTATIONS: list[dict[str, Any]] = YAML(typ="safe").load(Path(__file__).with_name
 CORPUS = Path(__file__).parents[2] / "plugins" / "nrp-legacy" / "tests" / "corpus"
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("mutation", MUTATIONS, ids=lambda mutation: mutation["kind"].replace(" ", "-"))
 def test_mistakes_are_found_before_the_run(
     broken: Callable[..., list[Finding]], husky: Path, mutation: dict[str, Any]
@@ -41,13 +41,13 @@ def test_nineteen_of_twenty_kinds_of_mistakes_are_found() -> None:
     assert sum("code" in mutation for mutation in MUTATIONS) >= 0.95 * len(MUTATIONS)
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize("name", shipped())
 def test_nothing_is_wrong_with_what_ships(name: str) -> None:
     assert [finding for finding in validate_file(name) if finding.level is not Level.NOTE] == []
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("name", ["bare", "husky_2015", "husky_2017", "husky_2019"])
 def test_experiments_of_the_platform_have_no_errors(name: str) -> None:
     found = validate_file(CORPUS / name, [f"models=[{CORPUS / 'models'}]"])

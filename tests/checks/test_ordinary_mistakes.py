@@ -106,8 +106,7 @@ def test_the_experiment_of_the_readme_is_met_with_silence(folder: Path) -> None:
     assert warnings_about(folder) == []
 
 
-@pytest.mark.one_of(3)
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize(
     ("file", "old", "new", "code", "line"), [one[1:] for one in MISTAKES], ids=[one[0] for one in MISTAKES]
 )

@@ -35,7 +35,7 @@ def robot(more: str) -> str:
     return ROBOT.replace("}", f", add_sensors: {more}}}")
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize(
     ("file", "old", "new", "words"),
     [
@@ -58,6 +58,7 @@ def test_mistakes_in_rooms_and_sensors_are_reported(
     assert [words in one for one in found] == [True] * bool(words), found
 
 
+@pytest.mark.one_of(2)
 @pytest.mark.parametrize(
     ("z_m", "words"),
     [(-5, "'arm' reaches up to z -4.3 m, which is below 'floor/link/floor'"), (-0.5, ""), (2, "")],

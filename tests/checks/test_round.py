@@ -54,7 +54,7 @@ def of_functions(husky: Path, body: str = "pass", **changes: str) -> list[str]:
     return said(husky, functions, *(["topics={/mine: std_msgs/Float64}"] if "send" in body else []))
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize(
     ("override", "words"),
     [
@@ -93,7 +93,7 @@ def test_settings_of_an_experiment_without_effect_are_reported(
     assert any(words in message for message in said(husky, override))
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize(
     "override",
     [
@@ -121,7 +121,7 @@ def test_settings_of_an_experiment_with_effect_are_not_reported(husky: Path, ove
     assert said(husky, override) == []
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize(
     "body",
     [

@@ -46,7 +46,7 @@ def codes(folder: Path, z: float, joints: str = "{}", low: float = -3.2) -> list
     return [one.code for one in validate_file(folder / "experiment.yaml") if one.code in STARTS]
 
 
-@pytest.mark.one_of(6)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize(
     ("z", "hip", "found"),
     [

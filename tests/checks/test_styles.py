@@ -394,7 +394,7 @@ def written(husky: Path, request: pytest.FixtureRequest) -> Path:
     return husky / "own.py"
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 def test_a_correct_file_yields_no_finding(husky: Path, written: Path) -> None:
     topics = ", ".join(f"{name}: std_msgs/{kind}" for name, kind in TOPICS.items())
     own = [f"transfer_functions=[{written}]", f"topics={{{topics}}}"]

@@ -100,7 +100,7 @@ def _compiled() -> None:
         run.run_until(0.4)
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.usefixtures("_compiled")
 @pytest.mark.parametrize("size", SIZES)
 def test_a_disk_that_is_full_is_one_error_and_what_was_recorded_can_be_read(

@@ -67,7 +67,7 @@ def hanging(tmp_path: Path) -> Callable[..., Any]:
     return load
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize("way", WAYS)
 def test_a_function_that_hangs_ends_the_run_with_one_error_that_names_it(
     hanging: Callable[..., Any], way: str, tmp_path: Path
@@ -90,7 +90,7 @@ def test_a_function_that_hangs_ends_the_run_with_one_error_that_names_it(
     assert sum(1 for _ in recording.messages({"/gazebo/model_states"})) == 4
 
 
-@pytest.mark.one_of(6)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("way", WAYS)
 def test_with_quarantine_a_function_that_hangs_is_set_aside(hanging: Callable[..., Any], way: str) -> None:
     with Run(hanging(way, "on_error=quarantine")) as run:

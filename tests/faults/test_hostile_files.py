@@ -78,7 +78,7 @@ def prepared(folder: Path, kind: str, body: str | None = None) -> None:
     prepare(load_experiment(str(folder / FILES[kind][1]), [*robot, *models]))
 
 
-@pytest.mark.one_of(5)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("kind", FILES)
 def test_entities_and_document_types_are_refused(folder: Path, kind: str) -> None:
     path = folder / FILES[kind][0]

@@ -62,8 +62,7 @@ CASES = {
 }  # fmt: skip
 
 
-@pytest.mark.one_of(3)
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize("kind", CASES)
 def test_a_mutated_file_is_usable_or_refused_in_clear_words(kind: str, tmp_path: Path) -> None:
     case = CASES[kind]

@@ -64,7 +64,7 @@ def bounces(seen: list[tuple[float, float]]) -> int:
     return sum(now and not before for before, now in itertools.pairwise(touches))
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @WORLDS
 def test_functions_events_and_criteria_see_the_same_with_any_loop(world: str, tmp_path: Path) -> None:
     file = write(
@@ -155,7 +155,7 @@ def outcome(file: Path, brain: str, world: str, order: Sequence[int]) -> tuple[o
         return messages, position, run.spikes
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @WORLDS
 @pytest.mark.parametrize("brain", ["event", "spinnaker"])
 def test_any_order_of_functions_that_share_no_variable_gives_the_same_run(

@@ -46,7 +46,7 @@ def test_the_robot_goes_to_each_screen_that_turns_red_on_every_pair_and_repeats_
 VARIANTS = ["/right_first", "/nrp_gains", "/nrp_gains_right_first"]
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_every_variant_passes(variant: str) -> None:
     assert not failed(result_of(variant, "duration=20 s"))

@@ -16,7 +16,7 @@ import pytest
 BENCHMARK = Path(__file__).parents[2] / "benchmarks" / "calls.py"
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize(
     ("engine", "calls", "changes", "world"), [("mujoco", 321, 193, 68), ("pybullet", 394, 224, 133)]
 )

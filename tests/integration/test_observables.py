@@ -160,6 +160,7 @@ def test_the_schema_has_each_kind_with_its_arguments() -> None:
     assert forms["joint"]["properties"]["of"]["enum"] == ["position", "velocity", "effort"]
 
 
+@pytest.mark.one_of(2)
 @pytest.mark.parametrize("world", ["mujoco", "pybullet"])
 def test_a_loop_at_60_hz_says_what_was_rounded_and_is_replayed(
     experiment: Path, tmp_path: Path, world: str

@@ -35,7 +35,7 @@ def engine(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize(
     ("brain", "world", "name"),
     [
@@ -73,7 +73,7 @@ def test_a_trained_network_with_crossed_wheels_touches_a_pillar(tmp_path: Path) 
         assert not run.result().criteria["touches_nothing"].passed
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 def test_legs_that_are_neighbours_take_turns(engine: str) -> None:
     """In the order left front, middle, rear, right front, middle, rear; the gait has settled by 4 s."""
     with opened("walking_hexapod", f"world.backend={engine}") as run:

@@ -48,7 +48,7 @@ HALF = Quaternion(x=sin(0.25), w=cos(0.25))
 ROOM = '<sdf version="1.9"><world name="room"/></sdf>'
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
 @pytest.mark.parametrize(
     ("file", "content", "options"),

@@ -70,7 +70,7 @@ def test_pools_drive_the_muscles_of_their_names(tmp_path: Path) -> None:
     np.testing.assert_array_equal(commands[0], commands[1])
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize(
     ("brain", "world"), [("event", "mujoco"), ("event", "pybullet"), ("spinnaker", "pybullet")]
 )

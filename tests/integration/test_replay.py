@@ -124,7 +124,7 @@ def test_an_unedited_future_equals_the_past_at_common_steps(made: Made, tmp_path
     assert apart == {}
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize("from_s", [1.0, 1.24, 2.98])
 def test_it_goes_on_from_within_as_it_went_on(made: Made, from_s: float) -> None:
     outcome = made.replay(ReplayRequest(from_ns=round(from_s * S)))
@@ -349,7 +349,7 @@ def test_it_goes_on_from_within_what_was_done_from_outside(changed: Made, from_s
     assert changed.replay(ReplayRequest(from_ns=round(from_s * S))).difference is None
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize("from_s", [1.2, 2.2])
 def test_a_run_that_continues_from_a_snapshot_has_its_earlier_actions(
     changed: Made, from_s: float, tmp_path: Path

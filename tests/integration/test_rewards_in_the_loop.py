@@ -126,7 +126,7 @@ def test_a_snapshot_and_a_reset_restore_it(
         assert run.brain.read_weights("learned").tolist() == weights
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @MODES
 @pytest.mark.parametrize("functions", [FUNCTIONS, HELD], ids=["pulses", "held"])
 def test_a_replay_is_the_same(experiment: Path, tmp_path: Path, options: str, functions: str) -> None:
@@ -204,7 +204,7 @@ def test_an_impossible_reward_is_an_error_of_its_function(
         assert run.brain.read_synapse_state("learned", "dopamine")[0] > 0.0
 
 
-@pytest.mark.one_of(5)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize(
     ("file", "old", "new", "backend", "code"),
     [

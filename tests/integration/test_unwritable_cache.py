@@ -20,7 +20,7 @@ print(double(21.0), cache_folder().exists())
 """
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize("variable", ["XDG_CACHE_HOME", "NUMBA_CACHE_DIR"])
 def test_kernels_compile_without_a_cache_and_say_so_once(variable: str, tmp_path) -> None:
     program = tmp_path / "program.py"

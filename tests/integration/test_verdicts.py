@@ -182,7 +182,7 @@ def shown(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int
     return code, json.loads(out[out.index("{\n") :])  # functions of the corpus print
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("name", TABLE)
 def test_each_cause_has_its_verdict_on_every_surface(
     name: str,

@@ -107,7 +107,7 @@ def test_a_snapshot_and_a_reset_restore_them(experiment: Path, tmp_path: Path, o
         assert (run.brain.read_weights("set") == 1.0).all()
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @MODES
 def test_a_replay_is_the_same(experiment: Path, tmp_path: Path, options: str) -> None:
     folder = tmp_path / "recording"
@@ -161,7 +161,7 @@ def test_an_impossible_weight_is_an_error_of_its_function(
         assert run.brain.read_weights("set").min() == pytest.approx(0.9**4)
 
 
-@pytest.mark.one_of(5)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize(
     ("old", "new", "backend", "code"),
     [
@@ -200,7 +200,7 @@ def tend(t, w, rows):
 """
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @MODES
 def test_the_state_and_the_parameters_of_equations(
     experiment: Path, tmp_path: Path, options: str, golden: Golden

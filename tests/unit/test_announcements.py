@@ -66,7 +66,7 @@ def nrp(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> 
     return run
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize(("command", "file"), [("sweep", VARY), ("evolve", SEARCH)])
 def test_a_command_of_many_runs_prints_a_warning_once_before_the_first(
     doubtful: Path, nrp: Callable[..., str], command: str, file: str

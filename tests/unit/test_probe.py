@@ -42,7 +42,7 @@ def test_a_child_that_does_not_end_is_ended_with_whatever_it_started(module: Pat
     raise AssertionError("it runs on")
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/schedstat").is_file(), reason="the system does not say it")
 @pytest.mark.parametrize("start", ["", "import os\nif os.fork():\n    os.wait()\n    os._exit(0)\n"])

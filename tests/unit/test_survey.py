@@ -65,7 +65,7 @@ def test_a_backend_whose_simulator_is_missing_is_not_available(install_brain: In
     assert found.advice == "simulator 4: is not installed; try: pip install simulator"
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize(
     ("source", "reason"),
     [
@@ -87,6 +87,7 @@ def test_a_backend_that_cannot_be_imported_is_reported_with_a_remedy(
     assert "pip install" not in found.reason
 
 
+@pytest.mark.one_of(2)
 @pytest.mark.parametrize(
     ("source", "remedy"),
     [

@@ -167,7 +167,7 @@ def test_impossible_second_runs_are_refused_with_the_reason(
         visitor.call("branch")
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize(("how", "engines"), [("branch", {}), ("compare", {"brain": "spinnaker"})])
 def test_a_second_run_shows_the_warnings_of_checks(
     opened: Cockpit, visitor: Visitor, how: str, engines: dict[str, str]

@@ -84,7 +84,7 @@ def changed(keys: list[Any], value: Any) -> str:
     return json.dumps(layout, indent=2)
 
 
-@pytest.mark.one_of(5)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize(
     ("text", "words"),
     [

@@ -51,7 +51,7 @@ def now_s(opened: Cockpit) -> float:
 # -- time
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 def test_it_plays_until_it_is_paused(opened: Cockpit, visitor: Visitor) -> None:
     visitor.call("play")
     visitor.until(
@@ -163,7 +163,7 @@ def test_a_body_that_is_placed_while_nothing_runs_is_seen_there_at_once(visitor:
     assert seen[-1].payload != seen[-2].payload
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("topic", ["/tf", "/gazebo/model_states"])
 def test_poses_are_those_of_the_last_step_although_not_each_step_sends_them(
     visitor: Visitor, topic: str
@@ -189,7 +189,7 @@ def test_the_future_is_lived_as_it_was_until_somebody_steers(opened: Cockpit, vi
     assert state(opened) != end
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 def test_a_seek_goes_forward_and_back(opened: Cockpit, visitor: Visitor) -> None:
     visitor.call("seek", t_s=0.5)
     there = state(opened)

@@ -57,7 +57,7 @@ def test_a_message_that_cannot_be_published_is_a_warning(visitor: Visitor) -> No
     assert "/nowhere" in visitor.until(lambda: visitor.warnings)[0]
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize(
     ("service", "arguments", "said"),
     [

@@ -85,7 +85,7 @@ def alone(request: pytest.FixtureRequest) -> Iterator[tuple[Cockpit, Result]]:
         yield opened, lived(opened)
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize(
     ("alone", "number"),
     [(BACKENDS[0], 0), (BACKENDS[0], 1), *((pair, 5) for pair in BACKENDS)],

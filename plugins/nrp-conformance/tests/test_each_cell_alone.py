@@ -24,7 +24,7 @@ CELLS = [
 ]
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize("cell", CELLS)
 def test_a_brain_with_one_cell_type_passes_the_tests_that_concern_it(cell: str):
     class OneCell(EventBackend):

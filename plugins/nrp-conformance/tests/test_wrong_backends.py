@@ -56,15 +56,13 @@ def test_the_brain_that_wrong_ones_are_made_from_is_right():
     assert failing(BrainBackendTests, SmallBackend) == set()  # the minimal brain has tests of its own
 
 
-@pytest.mark.one_of(4)
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("backend", BRAINS, ids=named)
 def test_a_wrong_brain_fails_where_it_should(backend: type):
     assert failing(BrainBackendTests, backend, BRAINS[backend]) == BRAINS[backend]
 
 
-@pytest.mark.one_of(4)
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("backend", WORLDS, ids=named)
 def test_a_wrong_world_fails_where_it_should(backend: type):
     assert failing(WorldBackendTests, backend, WORLDS[backend]) == WORLDS[backend]

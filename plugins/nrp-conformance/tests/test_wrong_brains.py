@@ -286,7 +286,7 @@ def failing(test: str, *edits: str) -> bool:
     return any(result.outcome is Outcome.FAILED for result in results)
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("fault", WRONG)
 def test_a_wrong_brain_is_found(fault: str) -> None:
     assert failing(*WRONG[fault])

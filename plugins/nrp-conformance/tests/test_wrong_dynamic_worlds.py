@@ -345,8 +345,7 @@ def failing(backend: type[MujocoBackend], test: str) -> bool:
     return any(result.outcome is Outcome.FAILED for result in results)
 
 
-@pytest.mark.one_of(4)
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("fault", WRONG)
 def test_a_wrong_dynamic_world_is_found(fault: str) -> None:
     found_by, backend = WRONG[fault]

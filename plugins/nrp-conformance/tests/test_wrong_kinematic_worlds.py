@@ -77,7 +77,7 @@ def finders(found_by: str) -> set[str]:
     return {f"test_{test}" for test in found_by.split()}
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("name", WRONG)
 def test_a_wrong_kinematic_world_fails_where_it_should(name: str) -> None:
     old, new, found_by = WRONG[name]

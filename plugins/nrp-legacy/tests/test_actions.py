@@ -114,7 +114,7 @@ def without_controllers(corpus: Path) -> None:
     path.write_text(path.read_text().replace("libgeneric_controller_plugin.so", "libno_such.so"))
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize(
     ("of_file", "code"),
     [(True, UNSEEN), (False, FUNCTION.replace("JOINT", "arm_1_joint")), (False, UNSEEN)],

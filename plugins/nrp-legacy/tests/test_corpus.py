@@ -195,7 +195,7 @@ def test_its_machine_receives_each_message_and_waits_for_activity(played: Callab
     assert run.world.model_motion("left_vr_screen").pose.position == pytest.approx((3.0, 2.0, 0.5))
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize(
     ("name", "right", "wrong"),
     [

@@ -33,7 +33,7 @@ def test_without_such_an_experiment_it_is_checked_on_a_plain_floor(corpus: Path)
     assert "the experiment does not name a room: a plain floor is used" in messages
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize(
     ("right", "wrong", "code", "told"),
     [

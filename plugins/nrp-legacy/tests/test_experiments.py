@@ -33,7 +33,7 @@ def color(run: Run) -> tuple[float, float, float]:
     return stamped.message.r, stamped.message.g, stamped.message.b
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("name", EVERY)
 @pytest.mark.parametrize("brain", ["event", "spinnaker"])
 def test_an_experiment_runs_to_its_end_on_either_brain(opened: Opened, name: str, brain: str) -> None:

@@ -57,8 +57,7 @@ def played(experiment: Experiment) -> dict[str, Any]:
         }  # fmt: skip
 
 
-@pytest.mark.one_of(4)
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("name", EVERY)
 def test_an_imported_experiment_behaves_as_the_original(corpus: Path, tmp_path: Path, name: str) -> None:
     assert imported(corpus, name, tmp_path / "new").left_out == []

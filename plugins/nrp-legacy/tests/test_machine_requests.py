@@ -60,7 +60,7 @@ with sm:
 """
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize(
     ("right", "wrong", "code", "words"),
     [

@@ -37,7 +37,7 @@ def test_a_model_is_posed_by_a_function_turned_and_scaled_from_its_own_size(play
     assert collision.geometry.size == pytest.approx((0.2, 0.2, 0.2))
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize(
     ("name", "right", "wrong", "told"),
     [
@@ -90,7 +90,7 @@ SCXML = """<?xml version="1.0" encoding="utf-8"?>
 """
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize("kind", ["SMACHStateMachine", "SCXMLStateMachine"])
 def test_a_machine_in_scxml_is_ignored_and_reported_before_and_after_a_run(
     opened: Played, corpus: Path, kind: str

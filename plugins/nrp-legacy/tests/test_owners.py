@@ -140,7 +140,7 @@ def test_a_robot_in_the_floor_is_lifted_onto_it(tmp_path: Path, floor: str, top:
         assert heights == pytest.approx([top + 0.15] * 4, abs=2e-3)
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize(
     ("model", "receptor", "end"),
     [("iaf_cond_exp_cs", "COMPLEX_SPIKE", "cs"), ("iaf_cond_exp_cos", "TEACHING_SIGNAL", "ts")],

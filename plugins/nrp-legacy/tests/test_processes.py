@@ -99,7 +99,7 @@ def _is_running(pid: int) -> bool:
     return state != "Z"
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize(
     "start",
     [

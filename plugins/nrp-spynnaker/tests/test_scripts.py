@@ -395,7 +395,7 @@ def test_a_cell_that_is_not_emulated_runs_in_floating_point(tmp_path: Path) -> N
     assert script.data.filter(name="v")[0][0, 0] == -65.0
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize("cell", ["IF_curr_dual_exp", "Izhikevich_cond_dual"])
 def test_the_recorded_excitation_is_that_of_both_receptors(cell: str, tmp_path: Path) -> None:
     script = run(

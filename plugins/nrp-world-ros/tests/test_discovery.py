@@ -67,7 +67,7 @@ def test_a_node_with_the_defaults_of_ros_2_is_found_on_this_machine(ros2: Ros2) 
     assert "peers: 1 messages: True" in listened(ros2, LONE_MACHINE, "60")
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @needs_ros2
 @needs_networks
 @pytest.mark.slow

@@ -123,7 +123,7 @@ def went_far(world: World) -> None:
     world.run_until(world.now_ns + 2 * DEPTH * world.capabilities.step_ns)
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @needs_ros2
 @pytest.mark.parametrize(
     "happens",

@@ -56,7 +56,7 @@ def test_types_have_the_hashes_by_which_ros_2_knows_them() -> None:
     assert Codec().hash("geometry_msgs/msg/Twist") == expected
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @needs_ros2
 @pytest.mark.parametrize("package", PACKAGES)
 def test_types_of_the_platform_have_the_fields_of_ros(package: str) -> None:
@@ -266,7 +266,7 @@ COMMANDS = {
 """The number of drives and joints with commands."""
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @needs_ros2
 @pytest.mark.slow
 @pytest.mark.parametrize(

@@ -124,7 +124,7 @@ def activity(network: Network, options: dict[str, Any], until_ms: float = 410.0)
         return found, brain.read_state("v", network.neurons("cells")), brain.read_weights("own")
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize("options", MODES, ids=["exact", "grid"])
 @pytest.mark.parametrize("name", TWINS)
 def test_our_own_laws_as_equations_give_the_same_spikes_and_weights(

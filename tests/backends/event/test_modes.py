@@ -47,7 +47,7 @@ def expected(
     return found
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("tau_syn", [(2.0, 7.0), (40.0, 0.05), (20.0, 5.0), (20.5, 19.0)])
 def test_the_voltage_follows_the_equations_through_changes_of_parameters(
     tau_syn: tuple[float, float], cells: Cells, open_brain: Open

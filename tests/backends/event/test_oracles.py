@@ -61,7 +61,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     metafunc.parametrize("reference", [pytest.param(Reference(path), id=path.stem) for path in paths])
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 def test_spikes_and_voltages_agree_with_the_reference(
     reference: Reference,
     cells: Callable[..., Population],

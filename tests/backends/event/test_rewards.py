@@ -150,7 +150,7 @@ def walked(
 TRAIN = st.lists(st.integers(2, 3000), unique=True, max_size=12).map(lambda t: [x / 10 for x in sorted(t)])
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize("options", MODES, ids=IDS)
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(

@@ -51,7 +51,7 @@ def test_a_dynamic_synapse_follows_the_time_constant_of_its_target(
     assert voltages(changed, 1, 40) == voltages(begun, 1, 40)
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize("kind", ["static", TSODYKS_MARKRAM, STDP])
 def test_each_synapse_gets_its_own_weight(
     cells: Maker, spike_source: Maker, connect: Connect, open_brain: Open, kind: str

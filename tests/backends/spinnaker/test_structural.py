@@ -87,8 +87,7 @@ def rows_of(brain: Brain, case: dict[str, Any]) -> list[list[list[list[int]]]]:
     ]
 
 
-@pytest.mark.one_of(2)
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("stdp", [False, True], ids=["static", "stdp"])
 @pytest.mark.parametrize("case", CASES, ids=[case["name"] for case in CASES])
 def test_synapses_form_and_vanish_as_in_the_released_functions(

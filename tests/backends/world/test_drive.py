@@ -52,7 +52,7 @@ TOLERANCES = {"1 ms": 2e-3, "2 ms": 2e-3, "5 ms": 6e-3}
 """In m, by the time step."""
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize(
     ("seed", "timestep"),
     [

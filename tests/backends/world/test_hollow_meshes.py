@@ -67,7 +67,7 @@ def room(folder: Path, triangles: np.ndarray, place: str):
     return read_scene(folder / "room.sdf")
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize("inward", [False, True])
 def test_a_ball_stands_between_joined_walls_and_sees_them(open_world, advance, tmp_path, inward):
     walls = ring()
@@ -80,7 +80,7 @@ def test_a_ball_stands_between_joined_walls_and_sees_them(open_world, advance, t
     assert world.model_motion("ball").pose.position == pytest.approx((1, 1, RADIUS), abs=2e-3)
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 def test_a_ball_rests_on_a_wall_and_falls_into_the_valley_of_a_terrain(open_world, advance, tmp_path):
     world = open_world(room(tmp_path, ring(), "4.9 0 2.3"))
     advance(world, 1.0)

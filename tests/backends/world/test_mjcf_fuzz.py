@@ -120,7 +120,7 @@ def difference(text: str, folder: Path) -> tuple[float, str]:
 KINDS = ("option", "flag", "joint", "tendon", "general", "geom", "equality", "pair")
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("kind", KINDS)
 def test_each_attribute_of_the_schema_acts_as_in_mujoco_alone(tmp_path, kind):
     wrong = {}

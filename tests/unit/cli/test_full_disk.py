@@ -50,7 +50,7 @@ def test_the_reason_is_the_systems_also_from_libraries_that_bury_it(tmp_path: Pa
         raise OSError("odd")
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize("kind", ["csv", "nwb", "sonata"])
 def test_an_export_ends_with_its_name_and_leaves_nothing(
     nrp_process: Nrp, recorded: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, kind: str

@@ -104,7 +104,7 @@ def test_a_new_experiment_runs_at_once_and_meets_its_criteria(nrp, tmp_path):
         assert run.result().passed
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize("subject", ["sensor", "device"])
 def test_a_new_part_passes_its_own_tests_at_once(made, subject, warm):
     folder = made(subject, "acme-own")

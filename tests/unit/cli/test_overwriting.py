@@ -167,7 +167,7 @@ def test_each_path_that_a_command_takes_is_known_to_be_read_or_written() -> None
     assert set(named_paths()) == {*OUTPUTS, *CONTINUED, *OTHERS}
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize(("name", "parameter"), OUTPUTS)
 def test_a_command_replaces_what_exists_on_request_only_and_as_a_whole(
     nrp, here: Path, monkeypatch: pytest.MonkeyPatch, name: str, parameter: str
@@ -360,7 +360,7 @@ def test_each_public_function_that_takes_a_path_is_known_to_read_or_write() -> N
     assert names.keys() - with_rule == WITHOUT_OUTPUT
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_a_function_replaces_what_exists_on_request_only_and_as_a_whole(
     nrp, here: Path, monkeypatch: pytest.MonkeyPatch, name: str

@@ -97,7 +97,7 @@ def test_functions_that_are_changed_during_a_run_get_the_values(folder):
         assert one.result().final_pose["husky"]["x"] > 0.7
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [

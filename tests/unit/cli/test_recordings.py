@@ -41,7 +41,7 @@ def slower(recorded: Path, tmp_path: Path) -> Path:
     return edited
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -371,7 +371,7 @@ def test_a_recording_is_exported(nrp: Nrp, recorded: Path, tmp_path: Path) -> No
     assert len(json.loads(done.out)["files"]) == len(list((tmp_path / "tables").iterdir()))
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("what", ["raster", "trajectory", "devices", "camera"])
 def test_each_part_of_the_figure_is_drawn_by_itself(
     nrp: Nrp, recorded: Path, tmp_path: Path, what: str, golden: Golden

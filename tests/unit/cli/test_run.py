@@ -286,7 +286,7 @@ def running(experiment: Path, tmp_path: Path) -> Any:
         process.kill()
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
 def test_ctrl_c_or_a_polite_kill_ends_the_run_cleanly(running: Any, sent: signal.Signals) -> None:
     process, folder = running
@@ -303,7 +303,7 @@ def test_ctrl_c_or_a_polite_kill_ends_the_run_cleanly(running: Any, sent: signal
     assert last_ns == data["steps"] * 20_000_000
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize("sent", ["TERM", "HUP"])
 def test_a_run_in_the_background_of_a_script_is_ended_cleanly(experiment: Path, sent: str) -> None:
     script = f"""

@@ -59,7 +59,7 @@ def errors(folder: Path) -> list[Finding]:
     return found
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize(
     ("file", "old", "new", "code"),
     [

@@ -91,7 +91,7 @@ MISTAKES = [
 ]  # fmt: skip
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize(("old", "new", "at", "code", "message"), MISTAKES)
 def test_a_mistake_in_the_experiment_is_found_at_its_place(
     edit: Edit, old: str, new: str, at: str, code: str, message: str
@@ -106,7 +106,7 @@ def test_a_mistake_in_the_experiment_is_found_at_its_place(
     assert line[finding.column - 1 :].startswith(at)
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize(
     ("file", "old", "new", "where", "code"),
     [
@@ -257,6 +257,7 @@ def synapses(weight: float, receptor: str = "excitatory") -> str:
     return f"sim.Projection(circuit, lonely, sim.AllToAllConnector(), {law})"
 
 
+@pytest.mark.one_of(2)
 @pytest.mark.parametrize(
     ("more", "cells"),
     [
@@ -272,7 +273,7 @@ def test_a_population_that_is_read_and_that_nothing_excites_is_found(
     assert never_firing(edit, more, cells)
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize(
     ("more", "cells", "functions"),
     [

@@ -71,7 +71,7 @@ CODEC = Codec()
 TOLD = Codec({CODEC.name(cls): CODEC.definition(type_name(cls)) for cls in CLASSES})
 
 
-@pytest.mark.one_of(6)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("cls", CLASSES, ids=type_name)
 @settings(max_examples=20, deadline=None)
 @given(data=st.data())

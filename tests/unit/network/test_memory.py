@@ -107,7 +107,7 @@ class Near(IndexBasedExpression):
         return (abs(i - j) < 3) * 1.0
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize(
     ("connector", "number"),
     [

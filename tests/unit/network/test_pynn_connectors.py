@@ -75,8 +75,7 @@ def synapses(sim: ModuleType, n_pre: int, n_post: int, make: Make, weight: str, 
     return sim.Projection(pre, post, make(sim, rng), synapse, receptor_type="excitatory")
 
 
-@pytest.mark.one_of(4)
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("name", CONNECTORS)
 @settings(max_examples=25, deadline=None)
 @given(

@@ -73,7 +73,7 @@ def voltages_of_script(where: dict[str, Any], timestep: float, chosen: list[tupl
     return np.asarray(cells.get_data("v").segments[0].analogsignals[0])[-1] + 65.0
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize(
     ("where", "timestep", "step_ns", "error_mv"),
     [(EXACT, 0.1, 1, 1e-9), (GRID, 0.1, 100_000, 1e-9), (MACHINE, 1.0, NS_PER_MS, 5e-3)],
@@ -88,7 +88,7 @@ def test_a_script_delivers_the_charge_of_each_source(
     assert found == pytest.approx(expected_mv([window for _, window in chosen], step_ns), abs=error_mv)
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize(
     ("backend", "options", "step_ns", "error_mv"),
     [("event", {}, 1, 1e-9), ("event", {"resolution": "0.1 ms"}, 100_000, 1e-9),

@@ -62,7 +62,7 @@ def damaged(data: bytes, draw: st.DrawFn) -> bytes:
     return data[:place]
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.slow
 @pytest.mark.parametrize("command", CASES)
 def test_damage_anywhere_is_reported_or_the_intact_part_is_used(

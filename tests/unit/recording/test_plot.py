@@ -112,7 +112,7 @@ def test_the_page_names_everything_it_shows(recording: Recording) -> None:
     }  # fmt: skip
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
 def test_equal_recordings_give_equal_files(recording: Recording, tmp_path: Path, suffix: str) -> None:
     first, second = tmp_path / f"first{suffix}", tmp_path / f"second{suffix}"
@@ -385,7 +385,7 @@ def test_names_of_rows_are_whole_and_the_unit_of_colours_is_on_the_page() -> Non
     assert units[0].get_window_extent().x1 <= figure.bbox.width
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("aside_m", [0.0, 1.5], ids=["map above", "map beside"])
 @pytest.mark.parametrize("size_mm", [(180, 150), (180, 180), (250, 160), (325.12, 203.2)])
 def test_no_text_covers_another_or_leaves_the_page(aside_m: float, size_mm: tuple[float, float]) -> None:

@@ -60,7 +60,7 @@ def walked(request: Any, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path
     return folder, at
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 def test_links_are_where_the_engine_says(walked: tuple[Path, dict[str, Pose]]) -> None:
     folder, at = walked
     *_, last = Recording(folder).messages({TRANSFORMS})

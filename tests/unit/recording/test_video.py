@@ -64,7 +64,7 @@ def frames(path: Path) -> list[Any]:
     return read
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize("suffix", [".mp4", ".webm"])
 def test_a_video_has_the_size_the_length_and_the_codec_that_browsers_play(
     recording: Recording, tmp_path: Path, suffix: str

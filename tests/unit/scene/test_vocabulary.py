@@ -53,7 +53,7 @@ def _misspell(element: ET.Element, attribute: str) -> None:
         element.tag = _misspelt(element.tag)
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize(
     "file",
     [

@@ -18,7 +18,7 @@ PAIRS: dict[tuple[str, str], tuple[str, ...]] = {
 }
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize("pair", PAIRS, ids="-".join)
 def test_a_run_is_played_paused_stepped_and_reset(pair: tuple[str, str], kept: Kept, watched: Watched):
     page = watched.open(kept.open("braitenberg_husky", *HUSKY, *PAIRS[pair]))

@@ -41,7 +41,7 @@ def choose(page: Page, panel: str, item: str) -> None:
     page.get_by_role("menuitem", name=item).click()
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("panel", ["Scene", "Brain", "Spikes", "Devices and topics"])
 def test_each_panel_is_saved_as_it_is_seen(panel: str, opened: Page) -> None:
     body = opened.get_by_role("region", name=panel, exact=True).locator(".panel-body")

@@ -144,7 +144,7 @@ def test_feedback_within_a_layer_takes_one_step(tmp_path: Path) -> None:
     assert brain.read_state("v", [int(populations["li"][0])])[0] == pytest.approx(output, rel=1e-5)
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize("reset", ["value", "subtract"])
 @pytest.mark.parametrize("refractory", [0, 1])
 def test_feedback_through_a_current_takes_one_step(tmp_path: Path, reset: str, refractory: int) -> None:

@@ -79,7 +79,7 @@ def by_hand_if_alike(names: Iterable[str]) -> list[Any]:
     return [pytest.param(name, marks=pytest.mark.heavy if name in ALIKE else ()) for name in names]
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("name", by_hand_if_alike(WRONG_WORLDS))
 def test_a_wrong_world_is_named_in_the_headline(name: str, folders: dict[str, Path]) -> None:
     experiment, named = WRONG_WORLDS[name]
@@ -89,7 +89,7 @@ def test_a_wrong_world_is_named_in_the_headline(name: str, folders: dict[str, Pa
     assert f"world mujoco -> {name}" in found.headline
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize("name", by_hand_if_alike(WRONG_BRAINS))
 def test_a_wrong_brain_is_named_in_the_headline(name: str, folders: dict[str, Path]) -> None:
     experiment, named = WRONG_BRAINS[name]
@@ -102,7 +102,7 @@ def test_a_wrong_brain_is_named_in_the_headline(name: str, folders: dict[str, Pa
 OTHERS, COPIES = ("event", "mujoco,pybullet"), ("event,SameBrain", "mujoco,SameWorld")
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize(
     ("experiment", "brains", "worlds"),
     [

@@ -217,7 +217,7 @@ def test_the_results_are_shown_and_drawn(command: Evolve, here: Path) -> None:
     assert "the folder does not contain a sweep" in err
 
 
-@pytest.mark.one_of(5)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

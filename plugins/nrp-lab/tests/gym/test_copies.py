@@ -40,7 +40,7 @@ def alone(name, overrides, seed):
         return port.spikes(), paths, pickle.dumps(run.loop.save())
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize(
     ("name", "overrides"),
     [

@@ -31,7 +31,7 @@ def env() -> Iterator[NrpEnv]:
         yield made
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize("name", SHIPPED)
 def test_gymnasium_finds_no_fault_with_what_ships(name: str) -> None:
     with closing(gymnasium.make(name)) as made, warnings.catch_warnings():
@@ -199,7 +199,7 @@ def test_a_source_drives_neurons() -> None:
     assert rates[1] > 20
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize(
     ("observe", "act", "message"),
     [

@@ -88,7 +88,7 @@ def assert_equal(found: Any, expected: Any) -> None:
         assert np.array_equal(found, expected)
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize("mode", AutoresetMode)
 def test_copies_are_what_gymnasium_makes_of_single_environments(
     single: SyncVectorEnv, copies: NrpVectorEnv, mode: AutoresetMode

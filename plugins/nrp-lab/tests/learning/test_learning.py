@@ -65,7 +65,7 @@ def own(folder: Path, functions: str) -> Path:
 HEAVY = [name if name in ("maze", "pole") else pytest.param(name, marks=pytest.mark.heavy) for name in TASKS]
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize("world", ["mujoco", "pybullet"])
 @pytest.mark.parametrize("name", HEAVY)
 def test_a_known_controller_solves_a_task_that_chance_does_not(name: str, world: str) -> None:

@@ -179,7 +179,7 @@ def test_a_full_disk_ends_it_with_one_sentence_and_keeps_what_is_done(sweep: Swe
     assert len(table()) == RUNS
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize(
     ("text", "arguments", "code", "message"),
     [
@@ -260,6 +260,7 @@ def test_the_results_are_shown_as_text_data_and_figures(sweep: Sweep, here: Path
     assert "only 'show' takes a folder" in " ".join(sweep("sweep.yaml", "sweep.sweep")[2].split())
 
 
+@pytest.mark.one_of(2)
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

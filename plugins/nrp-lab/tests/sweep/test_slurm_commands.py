@@ -64,7 +64,7 @@ def test_a_controller_that_does_not_answer_is_quoted(sweep: Sweep) -> None:
     assert f"squeue of SLURM failed: {message}" in err
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize("is_other", [False, True])
 def test_jobs_of_another_version_end_it_at_the_first_attempt(
     sweep: Sweep, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_other: bool

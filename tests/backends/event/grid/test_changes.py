@@ -75,7 +75,7 @@ def test_parameters_change_as_in_the_exact_mode(
     np.testing.assert_allclose(exact_v, grid_v, atol=0.1 if cell_type == "Izhikevich" else 0.02)
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize(("before", "after"), [(20.0, 3.0), (3.0, 20.0)])
 def test_waiting_cells_keep_their_refractory_time_and_later_spikes_get_the_new_one(
     before: float, after: float, cells: Cells, open_brain: Open
@@ -93,7 +93,7 @@ def test_waiting_cells_keep_their_refractory_time_and_later_spikes_get_the_new_o
     alike(*seen, within_ms=20 * STEP_MS)
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize("kind", ["equal", "own", "tsodyks_markram"])
 def test_weights_change_for_later_spikes_only(
     kind: str, cells: Cells, spike_source: Cells, connect: Callable[..., Projection], open_brain: Open
@@ -124,7 +124,7 @@ def test_weights_change_for_later_spikes_only(
     assert np.ptp(seen[0]) > 0.5
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize("resolution", ["0.1 ms", "1 ms"])
 def test_a_snapshot_keeps_changes_and_a_reset_undoes_them(
     resolution: str, cells: Cells, connect: Callable[..., Projection], open_brain: Open

@@ -80,8 +80,7 @@ def test_a_cell_composed_like_one_of_one_piece_is_equal_to_it(sim: Any) -> None:
     np.testing.assert_allclose(recorded(whole)["v"], recorded(composed)["v"], atol=1e-9)
 
 
-@pytest.mark.one_of(4)
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("tau_rise", [0.7, 6.0, 6.001, 9.0])
 def test_the_peak_of_a_beta_function_is_the_weight(sim: Any, tau_rise: float) -> None:
     response = sim.BetaPSR(tau_rise=tau_rise, tau_decay=6.0)

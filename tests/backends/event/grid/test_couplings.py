@@ -258,7 +258,7 @@ def released(law: str, v: FloatArray) -> FloatArray:
     return 1.0 / (1.0 + np.exp(-above)) if law == "GradedSynapse" else np.maximum(above, 0.0)
 
 
-@pytest.mark.one_of(4)
+@pytest.mark.one_of(8)
 @pytest.mark.parametrize("law", ["GradedSynapse", "RectifiedSynapse"])
 @pytest.mark.parametrize("tau_s", [0.0, 7.0])
 @pytest.mark.parametrize("kind", ["IF_cond_exp", "IF_curr_exp", "EquationCell"])

@@ -127,7 +127,7 @@ def spikes_ms(threshold: str) -> np.ndarray:
         return recorder.spikes().times_ms
 
 
-@pytest.mark.one_of(3)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize("threshold", ["v > 15*mV", "15*mV <= v", "v > 15*mV and v > 10*mV"])
 def test_crossings_are_found_where_the_closed_formula_says(threshold: str) -> None:
     period_ms = 20.0 * log(25.0 / 10.0) + 2.0

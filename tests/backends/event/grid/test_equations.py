@@ -168,7 +168,7 @@ def test_a_spike_in_the_refractory_period_is_lost_or_kept() -> None:
     assert np.asarray(data.filter(name="v")[0])[50].tolist() == [0.0, 12.0]
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize("method", ["exact", "runge_kutta"])
 def test_a_refractory_period_is_over_at_the_grid_point_at_which_it_ends(method: str) -> None:
     sim = new_simulator()

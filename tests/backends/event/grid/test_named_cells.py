@@ -34,7 +34,7 @@ def spikes(
     return np.asarray(segment.spiketrains[0]), np.asarray(segment.filter(name="v")[0])[:, 0]
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize(
     "level", [1, 5, *(pytest.param(level, marks=pytest.mark.heavy) for level in (2, 3, 4))]
 )

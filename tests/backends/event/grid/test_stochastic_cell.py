@@ -138,7 +138,7 @@ def test_values_of_filters_are_read_as_they_were_given(golden: Golden) -> None:
         sim.Population(1, sim.GIF_cond_exp(tau_eta=[1.0, 2.0]))
 
 
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(3)
 @pytest.mark.parametrize("method", ["exact", "runge_kutta"])
 def test_a_random_threshold_is_met_with_its_probability_in_each_step(method: str) -> None:
     sim = simulator()

@@ -80,8 +80,7 @@ def test_light_paths_are_reversible(finish, color, one, other):
     assert to * other[2] == pytest.approx(fro * one[2], rel=1e-6, abs=1e-9)
 
 
-@pytest.mark.one_of(3)
-@pytest.mark.one_of(2)
+@pytest.mark.one_of(6)
 @pytest.mark.parametrize("finish", [Finish(r, m) for r in (0.0, 0.3, 1.0) for m in (0.0, 1.0)], ids=str)
 def test_a_white_object_is_invisible_in_uniform_light(seen, prop, finish):
     image, _ = seen([], prop("ball", Sphere(1.0), Pose((1.0, 0.3, 1.0)), finish=finish))
