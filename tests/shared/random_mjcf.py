@@ -42,6 +42,7 @@ class RandomModel:
         seed: which one.
         joined: whether there are equality constraints. If not, bodies may be fixed to others, which
             are one body in a scene, and on another body constraints are a little softer.
+        touching: whether some shapes touch each other and the hills of a height field below them.
 
     Attributes:
         files: the texts by name; the main one is ``robot.xml``.
@@ -49,9 +50,9 @@ class RandomModel:
         drawn: the attributes of the compiler.
     """
 
-    def __init__(self, seed: int, *, joined: bool) -> None:
+    def __init__(self, seed: int, *, joined: bool, touching: bool = False) -> None:
         self._random = Random(seed)
-        self._joined = joined
+        self._joined, self._touching = joined, touching
         self._bodies: list[str] = []
         self._sites: list[str] = []
         self._inner = 0
@@ -131,13 +132,19 @@ class RandomModel:
         equality = "".join(self._equality() for _ in range(r.randrange(1, 4))) if self._joined else ""
         actuators = "".join(self._actuator(number) for number in range(r.randrange(1, 5)))
         sensors = "".join(self._sensor(number) for number in range(6))
+        hills = ground = ""
+        if self._touching:
+            size, elevation = 'size="1.2 1 0.2 0.1" nrow="6" ncol="5"', self._numbers(30, 0, 1)
+            hills = f'<hfield name="hills" {size} elevation="{elevation}"/>'
+            place = f'pos="0 0 {self._numbers(1, -0.7, -0.4)}"'
+            ground = f'<geom name="hills" type="hfield" hfield="hills" {place}/>'
         folder = "gone/" if self.drawn.get("strippath") == "true" else ""
         robot = (
             '<mujoco model="robot"><include file="settings.xml"/>'
             '<option cone="elliptic" magnetic="0.1 0.2 0.3"/>'
             f'<asset><mesh name="wedge" file="{folder}wedge.stl" '
-            f'inertia="{r.choice(("convex", "exact", "shell"))}"/></asset>'
-            f'<worldbody>{places}{tops[0]}<include file="second.xml"/>{tops[2]}</worldbody>'
+            f'inertia="{r.choice(("convex", "exact", "shell"))}"/>{hills}</asset>'
+            f'<worldbody>{ground}{places}{tops[0]}<include file="second.xml"/>{tops[2]}</worldbody>'
             f"<tendon>{tendons}</tendon><equality>{equality}</equality>"
             f"<actuator>{actuators}</actuator><sensor>{sensors}</sensor></mujoco>"
         )
@@ -201,8 +208,9 @@ class RandomModel:
         place = "" if "fromto" in shape else self._pose(0.1)
         group = self._maybe(0.4, lambda: f'group="{self._random.randrange(5)}"')
         mass = self._maybe(0.5, lambda: f'mass="{self._numbers(1, 0.1, 0.5)}"')
-        untouched = 'contype="0" conaffinity="0"'
-        return f'<geom name="{name}" {shape} {place}{group}{self._class()}{mass} {untouched}/>'
+        touches = self._touching and self._random.random() < 0.5
+        bits = f'friction="{self._numbers(1, 0.1, 1)}"' if touches else 'contype="0" conaffinity="0"'
+        return f'<geom name="{name}" {shape} {place}{group}{self._class()}{mass} {bits}/>'
 
     def _site(self) -> str:
         name = f"site{len(self._sites)}"

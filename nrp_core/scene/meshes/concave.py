@@ -87,13 +87,13 @@ def _connected(triangles: Triangles) -> Iterator[Triangles]:
 def hull_excess(triangles: Triangles, hulls: Sequence[Triangles]) -> float:
     """Return the volume that hulls have in addition to their mesh, as a share of its volume.
 
-    It is 0 for a mesh with open pieces, which have no volume.
+    It is 0 for a mesh with open pieces, and for one with each face from both sides: these have no volume.
     """
     pieces = list(_connected(triangles))
-    volume = sum(abs(_volume(piece)) for piece in pieces)
-    if not volume or not all(map(_is_closed, pieces)):
+    volume, filled = sum(abs(_volume(piece)) for piece in pieces), sum(map(_volume, hulls))
+    if volume <= 1e-9 * filled or not all(map(_is_closed, pieces)):
         return 0.0
-    return max(0.0, sum(map(_volume, hulls)) / volume - 1)
+    return max(0.0, filled / volume - 1)
 
 
 def _is_concave(piece: Triangles) -> bool:

@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull
 
 from nrp_core.findings import Code
 from nrp_core.scene.meshes.cells import MAX_HOLLOW, cells, merged_cells
-from nrp_core.scene.meshes.concave import concave_parts
+from nrp_core.scene.meshes.concave import concave_parts, hull_excess
 from nrp_core.scene.meshes.stl import write_stl
 from nrp_core.scene.meshes.triangles import revolve
 from nrp_core.scene.model import ConcaveMesh
@@ -102,6 +102,7 @@ def test_convex_meshes_stay_hulls_and_moving_ones_do_not_become_surfaces(tmp_pat
 
 def test_an_object_that_moves_is_reported_with_the_volume_of_its_hull(tmp_path):
     room(tmp_path, ring(), "0 0 1")
+    assert hull_excess(np.concatenate([cup(), cup()[:, ::-1]]), [hull_of_cube()]) == 0.0
     for static, expected in (("0", ["1176"]), ("1", [])):
         text = WORLD.format(place="0 0 1").replace("<static>1</static>", f"<static>{static}</static>", 1)
         (tmp_path / "room.sdf").write_text(text)

@@ -83,19 +83,43 @@ def difference(model: RandomModel, theirs: Any, path: Path) -> tuple[float, set[
         return worst, wrong
 
 
+def sensitivity(model: RandomModel, path: Path) -> float:
+    """Return by how much joints of MuJoCo alone differ if the ground and the first speed change by 1e-7.
+
+    The depth of a contact jumps where another direction becomes the shortest one out of it.
+    """
+    ends = []
+    for offset in (0.0, 1e-7, -1e-7):
+        alone = mujoco.MjModel.from_xml_path(str(path))
+        alone.opt.timestep = STEP_NS * 1e-9
+        alone.hfield_data[:] += offset
+        data = mujoco.MjData(alone)
+        data.qvel[:] += offset
+        for name, value in model.controls.items():
+            data.actuator(name).ctrl = value
+        trajectory = []
+        for _ in range(STEPS):
+            mujoco.mj_step(alone, data)
+            trajectory.append(data.qpos.copy())
+        ends.append(np.array(trajectory))
+    return max(float(np.abs(end - ends[0]).max()) for end in ends[1:])
+
+
 def faults(seeds: Iterable[int], folder: Path) -> dict[int, tuple[float, set[str]]]:
     """Return the seeds whose models differ; MuJoCo refuses some models."""
     wrong, valid = {}, 0
     for seed in seeds:
-        model = RandomModel(seed, joined=bool(seed % 2))
+        touching = seed % 3 == 0
+        model = RandomModel(seed, joined=bool(seed % 2), touching=touching)
         path = model.save(folder)
         try:
             theirs = mujoco.MjModel.from_xml_path(str(path))
         except ValueError:
             continue
         worst, sensors = difference(model, theirs, path)
-        valid += 1
-        if sensors or not worst <= 1e-9:
+        jump = sensitivity(model, path) if touching and (sensors or worst > 1e-9) else 0.0
+        valid += jump < 1e-7
+        if not worst <= max(1e-9, 10 * jump) or (sensors and jump < 1e-7):
             wrong[seed] = worst, sensors
     assert valid > len(list(seeds)) / 2
     return wrong
@@ -107,7 +131,7 @@ def test_random_models_over_several_files_act_as_in_mujoco_alone(tmp_path):
 
 @pytest.mark.heavy
 def test_many_random_models_act_as_in_mujoco_alone(tmp_path):
-    assert not faults(range(12, 250), tmp_path)
+    assert not faults(range(12, 330), tmp_path)
 
 
 def test_every_attribute_of_the_compiler_is_drawn_or_of_another_subject():
