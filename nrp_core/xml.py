@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import re
 import stat
-from collections.abc import Collection, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from math import hypot, isnan
 from pathlib import Path
 from typing import Any
@@ -96,6 +96,33 @@ _PREFIX = re.compile(r"[<\s]([A-Za-z_][\w.-]*):", re.ASCII)
 _DECLARED_PREFIX = re.compile(r"\sxmlns:([^\s=]+)")
 
 
+class Attributes(dict[str, str]):
+    """The attributes of an element.
+
+    Args:
+        given: their values by name.
+        asked: the names that readers have looked for.
+    """
+
+    __slots__ = ("asked",)
+
+    def __init__(self, given: Mapping[str, str], asked: set[str] | None = None) -> None:
+        super().__init__(given)
+        self.asked: set[str] = set() if asked is None else asked
+
+    def __getitem__(self, name: str) -> str:
+        self.asked.add(name)
+        return super().__getitem__(name)
+
+    def __contains__(self, name: object) -> bool:
+        self.asked.add(str(name))
+        return super().__contains__(name)
+
+    def get(self, name: str, default: Any = None) -> Any:
+        self.asked.add(name)
+        return super().get(name, default)
+
+
 @dataclass(slots=True, eq=False)
 class Element:
     """An XML element.
@@ -110,6 +137,8 @@ class Element:
         end_line: the line where it ends.
         kind: the class of errors about it.
         asked: the tags of children that readers have looked for, and whether for all of a tag.
+        absent: empty elements in the place of missing ones that readers have looked into, by tag.
+        passed_over: whether nothing in it is to be read.
     """
 
     tag: str
@@ -122,6 +151,12 @@ class Element:
     end_line: int = 0
     kind: type[ExperimentError] = ExperimentError
     asked: dict[str, bool] = field(default_factory=dict, repr=False)
+    absent: dict[str, Element] = field(default_factory=dict, repr=False)
+    passed_over: bool = field(default=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.attributes, Attributes):
+            self.attributes = Attributes(self.attributes)
 
     @property
     def where(self) -> str:
@@ -158,7 +193,24 @@ class Element:
 
     def section(self, tag: str) -> Element:
         """Return the first child with a tag, or an empty element."""
-        return self.find(tag) or Element(tag, {}, self.path, self.line, kind=self.kind)
+        found = self.find(tag) or self.absent.get(tag)
+        if found is None:
+            found = self.absent[tag] = Element(tag, {}, self.path, self.line, kind=self.kind)
+        return found
+
+    @property
+    def asked_attributes(self) -> set[str]:
+        """The names of attributes that readers have looked for."""
+        return self.attributes.asked if isinstance(self.attributes, Attributes) else set()
+
+    def with_attributes(self, **values: str) -> Element:
+        """Return a copy with other values of attributes; what is read of it counts as read of this one."""
+        return replace(self, attributes=Attributes({**self.attributes, **values}, self.asked_attributes))
+
+    def pass_over(self, *tags: str) -> None:
+        """Mark the children with some tags as of no use, so that nothing in them is reported as unread."""
+        for child in self.all(*tags):
+            child.passed_over = True
 
     def attribute(self, name: str) -> str:
         """Return a required attribute, which must not be empty."""

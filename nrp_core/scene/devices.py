@@ -59,13 +59,45 @@ class Noise:
     Args:
         mean: mean of the noise, in the unit of the measurement (for images, 1 is full brightness).
         stddev: standard deviation, in the same unit.
+        bias_mean, bias_stddev: mean and standard deviation of the size of a bias that is drawn once.
+        drift_stddev: how fast the bias changes, in the unit of the measurement for each root of a second.
+        drift_time_s: the time in which it forgets; without it there is no drift.
+        precision: the step to which the measurement is rounded; 0 for none.
+        axes: the noise of each number of a vector in place of this one; empty if they are alike.
     """
 
     mean: float = 0.0
     stddev: float = 0.0
+    bias_mean: float = field(default=0.0, metadata=LATER)
+    bias_stddev: float = field(default=0.0, metadata=LATER)
+    drift_stddev: float = field(default=0.0, metadata=LATER)
+    drift_time_s: float = field(default=0.0, metadata=LATER)
+    precision: float = field(default=0.0, metadata=LATER)
+    axes: tuple[Noise, ...] = field(default=(), kw_only=True, metadata=LATER)
+
+    __setstate__ = set_fields
 
     def __bool__(self) -> bool:
-        return bool(self.mean or self.stddev)
+        alone = self.mean or self.stddev or self.bias_mean or self.bias_stddev or self.precision
+        return any(self.axes) if self.axes else bool(alone or self.drift_stddev)
+
+    @property
+    def drifts(self) -> bool:
+        """Whether its bias changes."""
+        return self.drift_stddev > 0 and self.drift_time_s > 0
+
+    @classmethod
+    def of_axes(cls, *axes: Noise) -> Noise:
+        """Return the noise of a vector."""
+        return axes[0] if all(each == axes[0] for each in axes) else cls(axes=axes)
+
+    def on(self, count: int) -> tuple[Noise, ...]:
+        """Return the noise of each number of a vector."""
+        return self.axes or (self,) * count
+
+    def changed(self, change: Callable[[Noise], Noise]) -> Noise:
+        """Return the noise with a change of each of its axes."""
+        return replace(self, axes=tuple(map(change, self.axes))) if self.axes else change(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +141,7 @@ class MountedSensor:
     Args:
         name: unique on its link.
         topic: absolute topic of its messages. Further fields whose names end in ``topic`` are topics as well.
-        rate_hz: messages per second.
+        rate_hz: messages per second; 0 for one in each step of the physics.
         noise: noise on every number.
         delay: from the measurement, which is the time in the stamp, to the arrival of its message, s.
         drop_out: share of lost messages.

@@ -221,7 +221,7 @@ def _noisy(field: str) -> SensorChange:
     def changed(sensor: Any, change: Callable[[Numbers], Numbers]) -> Any:
         given = {name: getattr(sensor, name) for name in ("noise", *sensor.noises)}
         noises: dict[str, Noise] = {
-            name: replace(noise, **{field: change((getattr(noise, field),))[0]})
+            name: noise.changed(lambda one: replace(one, **{field: change((getattr(one, field),))[0]}))
             for name, noise in given.items()
             if noise is not None
         }

@@ -31,8 +31,8 @@ from nrp_core.scene.reading.sensors import (
     with_frames,
     with_sensors,
 )
+from nrp_core.scene.reading.unread import find_unread
 from nrp_core.scene.rigid import Pose
-from nrp_core.scene.sdf.vocabulary import check_vocabulary, ignored_parameters
 from nrp_core.scene.tessellation import box_around
 from nrp_core.world.controllers.plugins import TOPICS
 
@@ -93,11 +93,12 @@ def with_added_sensors(model: Model, sensors: Iterable[AddedSensor]) -> Model:
         reading = Reading(Resources(()), notes, robot=model.name)
         read = link_sensors if sensor.link in holders else joint_sensors
         found = list(read([element], mount, reading))
-        for _, message in ignored_parameters(element):
-            raise _unknown(element, message)
         if not found:
             where = "a joint" if sensor.link in holders else "a link"
             raise SceneError(f"a sensor of type '{sensor.type}' is on {where}, which '{sensor.link}' is not")
+        for unread in find_unread(element):
+            if unread.message:
+                raise _unknown(element, unread.message)
         links = with_sensors(links, holder, *found)
     links, misplaced = with_frames(links, model.joints)
     if misplaced:
@@ -129,10 +130,6 @@ def _element_of(sensor: AddedSensor) -> Element:
     reader = find_registered(SENSORS, sensor.type, element)
     if reader and "renderers" in reader.needs and not element.find("camera"):
         element.children += _elements("camera", {})  # of the default optics
-    notes = Notes()
-    check_vocabulary(element, notes)
-    for finding in notes.findings:
-        raise _unknown(element, finding.message)
     return element
 
 

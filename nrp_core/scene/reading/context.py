@@ -337,7 +337,14 @@ class Notes:
         self._findings: list[tuple[Finding, str]] = []
 
     def warn(
-        self, element: Element, code: Code, message: str, *, subject: str | None = None, alike: str = ""
+        self,
+        element: Element,
+        code: Code,
+        message: str,
+        *,
+        subject: str | None = None,
+        alike: str = "",
+        level: Level = Level.WARNING,
     ) -> None:
         """Warn of an element.
 
@@ -347,8 +354,9 @@ class Notes:
             message: what is wrong.
             subject: the name of the object concerned.
             alike: a key; findings with the same key become one per file, which names the objects.
+            level: how bad it is.
         """
-        finding = Finding(code, message, Level.WARNING, element.path, element.line, subject=subject)
+        finding = Finding(code, message, level, element.path, element.line, subject=subject)
         self._findings.append((finding, alike))
 
     def has(self, code: Code, subject: str) -> bool:
@@ -390,6 +398,7 @@ class Reading:
         without: the elements to leave out of files.
         args: arguments of a xacro file.
         lenient: whether to omit a missing included file, with a warning instead of an error.
+        opened: the roots of the files that were opened.
     """
 
     resources: Resources
@@ -399,6 +408,7 @@ class Reading:
     without: Places = field(default_factory=dict)
     args: Mapping[str, object] = field(default_factory=dict)
     lenient: bool = False
+    opened: list[Element] = field(default_factory=list)
 
     def within(self, prefix: str) -> Reading:
         """Return the reading of a nested model."""

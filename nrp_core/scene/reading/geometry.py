@@ -199,6 +199,8 @@ def is_point(element: Element) -> bool:
 
 def _shape(element: Element) -> Element:
     shapes = [child for child in element.children if ":" not in child.tag]
+    element.find(*(child.tag for child in shapes[:1]))
+    element.pass_over(*{*_SHAPES, *_NOT_READ} - {child.tag for child in shapes[:1]})
     if not shapes:
         raise element.error(f"<geometry> needs a shape; valid: {', '.join(_SHAPES)}")
     return shapes[0]

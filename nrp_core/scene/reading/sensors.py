@@ -39,11 +39,11 @@ _OUTPUTS = ("~/out", "bumper_states")
 
 
 def rate_of(sensor: Element, reading: Reading) -> float:
-    """Return the update rate of a ``<sensor>``, Hz."""
+    """Return the update rate of a ``<sensor>``, Hz; 0 for each step of the physics."""
     rate_hz = sensor.number("update_rate", 0.0)
     if rate_hz < 0:
         raise sensor.error(f"an <update_rate> must be 0 or more, not {rate_hz:g}")
-    if rate_hz:
+    if sensor.find("update_rate") is not None:
         return rate_hz
     name = sensor.attribute("name")
     reading.notes.warn(
@@ -74,19 +74,42 @@ def noise_of(section: Element, reading: Reading) -> Noise:
     if kind not in _NOISES:
         message = f"noise of type '{kind}' is not simulated{hint_if_close(kind, _NOISES)}"
         reading.notes.warn(noise, Code.NRP262, message, subject=kind)
+        noise.passed_over = True
         return Noise()
+    given = _numbers_of(noise)
     if kind == "gaussian_quantized":
-        reading.notes.warn(noise, Code.NRP262, "the quantization of noise is not simulated")
-    deviation = noise.number("stddev", 0.0)
-    if deviation < 0:
-        raise noise.error(f"the <stddev> of a <noise> must be 0 or more, not {deviation:g}")
-    given = Noise(noise.number("mean", 0.0), deviation)
+        given = replace(given, precision=noise.number("precision", 0.0))
     if kind == "none" and given:
         message = (
             "this <noise> has numbers and is of the type none: there is no noise; write <type>gaussian</type>"
         )
         reading.notes.warn(noise, Code.NRP383, message)
     return Noise() if kind == "none" else given
+
+
+_OF_NOISE = (
+    "mean", "stddev", "bias_mean", "bias_stddev", "dynamic_bias_stddev", "dynamic_bias_correlation_time",
+)  # fmt: skip
+"""The elements of a ``<noise>`` in the order of the fields of :class:`Noise`."""
+
+
+def _numbers_of(noise: Element) -> Noise:
+    """Return the numbers of a ``<noise>``, or of the part of one for one quantity."""
+    for tag in ("stddev", "bias_stddev", "dynamic_bias_stddev"):
+        if (deviation := noise.number(tag, 0.0)) < 0:
+            raise noise.error(f"the <{tag}> of a <noise> must be 0 or more, not {deviation:g}")
+    return Noise(*(noise.number(tag, 0.0) for tag in _OF_NOISE))
+
+
+def noise_of_axes(section: Element, reading: Reading, *names: str) -> Noise:
+    """Return the noise of a vector, each axis of which has an element with a ``<noise>``."""
+    return Noise.of_axes(*(noise_of(section.section(name), reading) for name in names or "xyz"))
+
+
+def noise_of_quantity(noise: Element, quantity: str) -> Noise:
+    """Return the noise of one quantity in the ``<noise>`` of an IMU as SDF had it up to its version 1.4."""
+    part = noise.find(quantity)
+    return Noise() if part is None or noise.word("type", "none") == "none" else _numbers_of(part)
 
 
 def topic_of(sensor: Element, default: str, tags: Mapping[str, str], reading: Reading) -> str:
@@ -321,8 +344,8 @@ def _apart(sensor: Element) -> list[Element]:
         eye = camera.attributes.get("name") or str(number)
         name = f"{sensor.attribute('name')}_{eye}"
         topics = [replace(each, text=f"{each.text}/{eye}/image") for each in sensor.all("topic")]
-        attributes = {**sensor.attributes, "name": name, "type": "camera"}
-        cameras.append(replace(sensor, attributes=attributes, children=[*shared, *topics, camera]))
+        one = sensor.with_attributes(name=name, type="camera")
+        cameras.append(replace(one, children=[*shared, *topics, camera]))
     return cameras
 
 
@@ -334,7 +357,7 @@ def _with_free_name(sensor: Element, taken: Collection[str], mount: Mount, readi
         return sensor
     message = f"the link '{mount.name}' has two sensors named '{name}': this one is renamed '{unique}'"
     reading.notes.warn(sensor, Code.NRP266, message, subject=name)
-    return replace(sensor, attributes={**sensor.attributes, "name": unique})
+    return sensor.with_attributes(name=unique)
 
 
 def joint_sensors(sensors: Iterable[Element], mount: Mount, reading: Reading) -> Iterator[MountedSensor]:
@@ -352,10 +375,12 @@ def _read_sensor(
     if found is None:
         message = f"sensors of type '{kind}' are not simulated{hint_if_close(kind, sensor_types())}"
         reading.notes.warn(sensor, Code.NRP262, message, subject=kind)
+        sensor.passed_over = True
     elif found.on_joint != on_joint:
         holder = "joint" if found.on_joint else "link"
         message = f"the sensor '{name}' is left out: a sensor of type '{kind}' belongs in a <{holder}>"
         reading.notes.warn(sensor, Code.NRP262, message, subject=kind)
+        sensor.passed_over = True
     else:
         read = found.read(sensor, mount, reading)
         _warn_of_unread(sensor, reading)
@@ -371,6 +396,7 @@ def _warn_of_unread(sensor: Element, reading: Reading) -> None:
         elif child.tag not in sensor.asked and child.tag in (*sensor_types(), *_UNSIMULATED):
             message = f"<{child.tag}> has no effect in the sensor '{name}', which is of type '{kind}'"
             reading.notes.warn(child, Code.NRP383, message, subject=child.tag)
+            child.passed_over = True
 
 
 def with_plugin_sensor(plugin: Element, model: ModelParts, reading: Reading) -> list[Link] | None:

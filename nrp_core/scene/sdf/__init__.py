@@ -22,8 +22,9 @@ from nrp_core.paths import path_of
 from nrp_core.scene.consistency import WORLD
 from nrp_core.scene.model import Model, Scene
 from nrp_core.scene.reading.context import Element, FindElsewhere, Notes, Places, Reading, Resources
+from nrp_core.scene.reading.unread import report_unread
 from nrp_core.scene.rigid import Pose
-from nrp_core.scene.sdf.frames import read_placed, without_surroundings
+from nrp_core.scene.sdf.frames import pass_over_room, read_placed, without_surroundings
 from nrp_core.scene.sdf.model import build_model, read_parts
 from nrp_core.scene.sdf.source import SdfFile
 from nrp_core.scene.sdf.world import read_world
@@ -80,6 +81,8 @@ def read_model(
     (model,) = with_static_shapes(
         [build_model(placed, parts, own.robot, stands, own)], partial(reading.notes.warn, placed.element)
     )
+    pass_over_room(source.root)
+    report_unread(reading.opened, reading.notes)
     return replace(model, warnings=reading.notes.findings)
 
 
@@ -122,4 +125,6 @@ def read_scene(
     worlds = source.root.all("world")
     if len(worlds) > 1:
         raise worlds[1].error(f"a room's file must hold one <world>; this one holds {len(worlds)}")
-    return read_world(worlds[0] if worlds else source.root, source, reading)
+    scene = read_world(worlds[0] if worlds else source.root, source, reading)
+    report_unread(reading.opened, reading.notes)
+    return replace(scene, warnings=reading.notes.findings)

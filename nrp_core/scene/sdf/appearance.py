@@ -33,6 +33,7 @@ def read_finish(material: Element, specular: Rgba | None, reading: Reading) -> F
     """
     metal, gloss = material.find("pbr", "metal"), material.find("pbr", "specular")
     bright = specular[:3] if specular and any(specular[:3]) else None
+    shininess = material.number("shininess", 0.0)
     if metal is not None:
         return Finish(_share(metal, "roughness", 0.5, reading), _share(metal, "metalness", 0.5, reading))
     if gloss is not None:
@@ -41,7 +42,7 @@ def read_finish(material: Element, specular: Rgba | None, reading: Reading) -> F
         return Finish(1 - _share(gloss, "glossiness", 0.0, reading), 0.0, reflectance)
     if bright is not None:
         r, g, b = (_BURLEY * part for part in bright)
-        return Finish(_roughness(material.number("shininess", 0.0)), 0.0, (r, g, b))
+        return Finish(_roughness(shininess), 0.0, (r, g, b))
     return None
 
 
@@ -74,6 +75,7 @@ def _share(workflow: Element, tag: str, default: float, reading: Reading) -> flo
     """Return a share from 0 to 1: the mean of its map, else its number."""
     found = read_map(workflow, f"{tag}_map", reading)
     if found is not None:
+        workflow.pass_over(tag)
         return sum(found.mean) / 3
     return read_share(workflow, tag, default, reading)
 
@@ -186,6 +188,7 @@ def read_appearance(visual: Element, reading: Reading) -> Appearance:
     if material is None:
         return Appearance(None, opacity)
     look = _surface(material, reading)
+    material.pass_over("script")  # not needed beside a colour
     specular = read_color(material, "specular", reading)
     finish = read_finish(material, specular, reading)
     return replace(look, opacity=opacity, finish=finish, tints=TINTS in material.attributes)
@@ -261,6 +264,8 @@ def read_light(element: Element, name: str, pose: Pose, reading: Reading) -> Lig
     By default, directional lights cast shadows (as Gazebo's sun) and others do not.
     """
     kind = element.attributes.get("type", "point")
+    if kind != "spot":
+        element.pass_over("spot")
     if kind not in _KINDS:
         raise element.error(f"unknown light type '{kind}'{did_you_mean(kind, _KINDS)}")
     red, green, blue, alpha = read_color(element, "diffuse", reading) or _WHITE

@@ -62,6 +62,7 @@ def with_axis(joint: Joint, element: Element, tag: str, frames: Frames, version:
     lower, upper = _range(limit)
     kind = joint.kind
     if kind == "revolute" and lower == upper == 0:
+        element.pass_over(tag)
         return replace(joint, kind="fixed")
     if kind == "revolute" and (lower, upper) == (-inf, inf):
         kind = "continuous"
@@ -156,6 +157,7 @@ def in_a_row(row: Sequence[Joint]) -> tuple[list[Joint], list[Link]]:
 def ball(joint: Joint, element: Element, _: Frames, __: tuple[int, int], reading: Reading) -> Row:
     """Read a ``ball`` joint; its damping and friction act about every axis."""
     axis = element.section("axis")
+    axis.pass_over("xyz", "limit")
     if axis.section("dynamics").number("spring_stiffness", 0.0):
         reading.notes.warn(axis, Code.NRP383, "a <spring_stiffness> of a ball joint is not simulated")
     return (with_dynamics(replace(joint, kind="ball"), axis),)

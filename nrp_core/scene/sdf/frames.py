@@ -266,10 +266,17 @@ def read_placed(parent: Element, source: SdfFile, reading: Reading, *tags: str) 
             if not found:
                 what = f"'{child.require('uri').text}' holds no {' or '.join(tags)}: nothing is included"
                 reading.notes.warn(child, Code.NRP260, what)
+            pass_over_room(included.root)
             placed += found if holder is included.root else without_surroundings(found, reading)
         else:
             placed.append(Placed(child, source, child))
     return _with_unique_names(placed, reading)
+
+
+def pass_over_room(root: Element) -> None:
+    """Mark what a file with a robot has besides models as of no use."""
+    for holder in (root, *root.all("world")):
+        holder.pass_over(*{child.tag for child in holder.children} - {"model", "world", "include"})
 
 
 def without_surroundings(placed: Sequence[Placed], reading: Reading) -> Sequence[Placed]:
@@ -280,6 +287,7 @@ def without_surroundings(placed: Sequence[Placed], reading: Reading) -> Sequence
     for thing in placed:
         if thing is not moving[0]:
             name, tag = thing.element.attribute("name"), thing.element.tag
+            thing.element.passed_over = True
             what = f"the static '{name}'" if tag == "model" else f"the light '{name}'"
             message = f"{what} in the file of a robot is left out: the room is another file"
             reading.notes.warn(thing.element, Code.NRP260, message, subject=name)

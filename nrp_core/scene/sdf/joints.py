@@ -129,6 +129,8 @@ def read_joint(joint: Element, frames: Frames, version: tuple[int, int], reading
                  preserved=PRESERVED in joint.attributes)  # fmt: skip
     if kind in COMPOUND:
         return COMPOUND[kind](held, joint, frames, version, reading)
+    if kind == "fixed":
+        joint.pass_over("axis")
     if kind == "continuous":
         _warn_of_limits(joint, reading)
     return (with_axis(held, joint, "axis", frames, version) if kind in _SIMPLE else held,)

@@ -100,9 +100,9 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool, 
     weighed = given is not None and given.find("inertia") is not None and not given.is_set("auto")
 
     def shapes(element: Element, form: Form) -> list[Shape]:
-        geometry = element.require("geometry")
+        at, geometry = place(element), element.require("geometry")
         found = read_geometry(geometry, form, reading, static=static, alone=alone, weighed=weighed)
-        return [replace(shape, pose=place(element) @ shape.pose) for shape in found]
+        return [replace(shape, pose=at @ shape.pose) for shape in found]
 
     shown = []
     for unique, visual in _with_unique_names(link, "visual", reading):
@@ -125,6 +125,9 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool, 
         for unique, collision in _with_unique_names(link, "collision", reading)
     ]
     inertial = None if static else _inertial(link, frames, solid, reading)
+    if static:
+        for part in (link, *(collision for _, collision in solid)):
+            part.pass_over("inertial", "density", "auto_inertia_params", "velocity_decay")
     sensors = link_sensors(link.all("sensor"), Mount(name, place), reading)
     pose = frames.pose(name, link)
     touched = [part for part, _ in solid if any(part.bits)]
@@ -169,6 +172,8 @@ def _with_unique_names(link: Element, tag: str, reading: Reading) -> Iterator[tu
             reading.notes.warn(element, Code.NRP260, message, subject=name)
         elif not is_empty(geometry):
             yield unique, element
+            continue
+        element.passed_over = True
 
 
 def _inertial(
@@ -182,13 +187,22 @@ def _inertial(
         for shape in part.collisions()
     )
     if MASSLESS in link.attributes:
+        link.pass_over("inertial")
         return None
     if element is None:
         return usable_inertial(None, of_shapes, name, link, reading.notes)
     if element.is_set("auto"):
-        return of_shapes
+        element.pass_over("inertia", "pose")
+        return _scaled(of_shapes, element) if of_shapes else None
     given = Inertial(element.number("mass", 1.0), frames.place_in(element, name), _inertia(element))
     return usable_inertial(given, of_shapes, name, element, reading.notes)
+
+
+def _scaled(of_shapes: Inertial, element: Element) -> Inertial:
+    """Return the mass and inertia of shapes, in proportion to the mass that an ``<inertial>`` states."""
+    mass = element.positive("mass", of_shapes.mass)
+    xx, yy, zz, xy, xz, yz = (mass / of_shapes.mass * each for each in of_shapes.inertia)
+    return replace(of_shapes, mass=mass, inertia=(xx, yy, zz, xy, xz, yz))
 
 
 def _inertia(inertial: Element) -> tuple[float, float, float, float, float, float]:

@@ -52,7 +52,6 @@ from nrp_core.scene.sdf.joints import (
     with_leaders,
 )
 from nrp_core.scene.sdf.links import read_link
-from nrp_core.scene.sdf.vocabulary import check_sensors
 from nrp_core.scene.stand_in import with_sizes
 
 KEYFRAME = "nrp:keyframe"
@@ -165,8 +164,8 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> SdfParts:
     model, source = placed.element, placed.source
     inner_models = read_placed(model, source, reading, "model")
     only_inner = bool(inner_models) and not model.all("link")
-    if not static and only_inner:
-        static = all(inner.static for inner in inner_models)
+    still = [inner.static for inner in inner_models]
+    static = static or (only_inner and all(still))
     nested = [
         (inner, read_parts(inner, reading.within(model_scope(inner.name, inner.merged)[0]), static=static))
         for inner in inner_models
@@ -186,11 +185,9 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> SdfParts:
     rows = list(read_joints(model, frames, source.version, reading))
     for joint in model.all("joint"):
         name = joint.attribute("name")
-        mount = Mount(name, partial(frames.place_in, frame=frames.name_of(joint)))
+        mount = Mount(name, partial(_place_on_child, frames, joint))
         sensors = joint_sensors(joint.all("sensor"), mount, reading)
         links = with_sensors(links, joint.require("child").text, *sensors)
-    for part in (*own, *model.all("joint")):
-        check_sensors(part.all("sensor"), reading.notes)
     acting = Actuators()
     for inner, parts in nested:
         prefix, frame = model_scope(inner.name, inner.merged)
@@ -208,6 +205,13 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> SdfParts:
     for each in misplaced:
         _warn_of_frame(each, model, reading)
     return SdfParts(frames, tuple(_odometry_once(links, acting.drives)), tuple(rows), acting, static)
+
+
+def _place_on_child(frames: Frames, joint: Element, sensor: Element) -> Pose:
+    """Return the pose of a sensor of a joint in the frame of the joint's child."""
+    frame = frames.name_of(joint)
+    child = frames.pose(frames.body(frame, joint), joint)
+    return child.inverse() @ frames.pose(frame, joint) @ frames.place_in(sensor, frame)
 
 
 def _warn_of_frame(misplaced: Misplaced, model: Element, reading: Reading) -> None:
@@ -317,6 +321,7 @@ def build_model(placed: Placed, parts: SdfParts, name: str, pose: Pose, reading:
     source = Source(element.path, element.attributes.get("name", ""), element.line, tuple(without))
     native = native_of(element)
     if parts.static:
+        element.pass_over("joint", "enable_wind", "self_collide")
         links = tuple(_without_joint_sensors(links, element, reading))
         return Model(name, links, pose=pose, static=True, native=native, source=source)
     tree, loops = tree_and_loops(parts.rows, element, reading)

@@ -21,7 +21,6 @@ from nrp_core.scene.reading.context import (
     read_added,
     read_xml,
 )
-from nrp_core.scene.sdf.vocabulary import check_names, check_vocabulary
 
 PARAMS: Final = "experimental:params"
 _ID, _ACTION = "element_id", "action"
@@ -258,10 +257,10 @@ class SdfFile:
         if root.tag == "gazebo":
             root = root.find("sdf") or root  # which it may contain, or be by its old name
             root.attributes.setdefault("version", "1.4")
-        check_vocabulary(root, reading.notes)
+        reading.opened.append(root)
         version = _version(root, reading)
         if written and version >= _SCOPES_RESERVED:
-            check_names(root)
+            _check_names(root)
         return cls(root, version, (*trail, path.resolve()))
 
     def include(self, include: Element, reading: Reading) -> SdfFile | None:
@@ -273,6 +272,7 @@ class SdfFile:
         uri = include.require("uri")
         if reading.lenient and uri.text and reading.resources.locate(uri) is None:
             reading.notes.warn(include, Code.NRP260, f"there is no '{uri.text}': left out", subject=uri.text)
+            include.passed_over = True
             return None
         path = reading.resources.model_file(uri)
         if path.resolve() in self.trail:
@@ -281,6 +281,27 @@ class SdfFile:
         source = SdfFile.open(path, reading, self.trail)
         change_included(source.root.find("world") or source.root, include)
         return source
+
+
+_WITHOUT_SCOPES = ("plugin", "gui", "actor", "population", "road", "gripper", "projector", "particle_emitter")
+"""Elements with names of another kind."""
+
+
+def _check_names(element: Element) -> None:
+    """Check that no name contains ``::``, which separates a nested model from its parts.
+
+    Raises:
+        SceneError: one does.
+    """
+    for child in element.children:
+        if child.tag in _WITHOUT_SCOPES or ":" in child.tag:
+            continue
+        if "::" in (name := child.attributes.get("name", "")):
+            raise child.error(
+                f"the name '{name}' must not contain '::', which separates scopes from SDF 1.8 on"
+            )
+        if child.tag != "state":
+            _check_names(child)
 
 
 def _expanded(root: Element, path: Path, reading: Reading) -> Element | None:

@@ -274,8 +274,7 @@ def read_world(world: Element, source: SdfFile, reading: Reading) -> Scene:
     ]
     shaped = with_static_shapes(models, partial(reading.notes.warn, world))
     earth = read_surroundings(world, reading.notes)
-    step_s, findings = _step_s(world), reading.notes.findings
-    return Scene(shaped, tuple(lights), _gravity(world), findings, step_s, earth, ties)
+    return Scene(shaped, tuple(lights), _gravity(world), (), _step_s(world), earth, ties)
 
 
 def _models(
@@ -292,10 +291,12 @@ def _models(
             if not model.static:  # libsdformat accepts static models without links, and nothing is lost
                 message = f"the model '{model.name}' has no <link>: left out"
                 reading.notes.warn(model.user, Code.NRP260, message, subject=model.name)
+            model.element.passed_over = True
             continue
         if reading.lenient and (gone := _missing(model.element, reading)):
             message = f"there is no '{gone}', of which the model '{model.name}' consists: left out"
             reading.notes.warn(model.user, Code.NRP260, message, subject=gone)
+            model.element.passed_over = True
             continue
         own = replace(reading, robot=model.name)
         parts = read_parts(model, own, static=model.static)
@@ -325,8 +326,17 @@ def _missing(model: Element, reading: Reading) -> str:
     return uris[0].text if uris else ""
 
 
+_OF_SOLVERS: Final = (
+    "real_time_factor", "real_time_update_rate", "max_contacts", "magnetic_field", "ode", "bullet", "simbody",
+    "dart",
+)  # fmt: skip
+"""What Gazebo sets for the speed and the solver of its own physics, which nearly all rooms have."""
+
+
 def _step_s(world: Element) -> float | None:
     """Return the time step that the ``<physics>`` of a world asks for, s."""
+    for physics in world.all("physics"):
+        physics.pass_over(*_OF_SOLVERS)
     step = world.find("physics", "max_step_size")
     return None if step is None else step.numbers(1)[0]
 

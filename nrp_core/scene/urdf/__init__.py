@@ -35,21 +35,6 @@ from nrp_core.scene.urdf.transmissions import (
 )
 from nrp_core.scene.urdf.vocabulary import check_vocabulary
 
-# for Gazebo's solver, or for its conversion to SDF
-_SOLVER = {
-    *(
-        "kp",
-        "kd",
-        "minDepth",
-        "maxVel",
-        "maxContacts",
-        "fdir1",
-        "laserRetro",
-        "provideFeedback",
-    ),
-    *("implicitSpringDamper", "cfmDamping", "stopCfm", "stopErp", "fudgeFactor"),
-    *("disableFixedJointLumping", "preserveFixedJoint"),
-}
 _BEFORE_SDF = ("sensor", "controller", "body", "geom", "interface")
 """Namespaces of elements of the first Gazebo; SDF has elements of some of these names without one."""
 _OF_CONTROL = (
@@ -59,7 +44,10 @@ _OF_CONTROL = (
 """Parameters of plugins that run controllers."""
 _NAMES = {"selfCollide": "self_collide"}
 """The names that elements have in SDF, if not the same."""
-_VALUES = {*_SOLVER, "material", "mu1", "mu2", "selfCollide", "turnGravityOff", "dampingFactor"}
+_VALUES = {
+    *("kp", "kd", "minDepth", "maxVel", "maxContacts", "laserRetro", "stopCfm", "stopErp", "material"),
+    *("mu1", "mu2", "selfCollide", "turnGravityOff", "dampingFactor"),
+}
 """Elements that hold a value only."""
 _SPRINGS = {"springStiffness": "spring_stiffness", "springReference": "spring_reference"}
 
@@ -88,7 +76,7 @@ def apply_block(block: Element, model: Element, notes: Notes) -> None:
             for inner in child.children:
                 message = f"<{inner.tag}> in <{child.tag}>, which holds a value, is ignored"
                 notes.warn(inner, Code.NRP383, message, subject=inner.tag)
-        if child.tag not in _SOLVER and not _controls_nothing(child, notes):
+        if not _controls_nothing(child, notes):
             _give(child, target)
 
 

@@ -62,7 +62,9 @@ _CAMERA_PLUGIN, _STEREO_PLUGIN = "gazebo_ros_camera", "gazebo_ros_multicamera"
 _OPTICAL = Pose(orientation=(-0.5, 0.5, -0.5, 0.5))
 """The frame of images in that of a camera: z ahead, x right, y down (REP 103 of ROS)."""
 _BENT = ("k1", "k2", "k3", "p1", "p2")
-_DEPTH = ("depth", "depth_camera", "rgbd", "rgbd_camera")
+_DEPTH_ALONE = ("depth", "depth_camera")
+"""The types of cameras whose images are depths: Gazebo has these on the topic of the sensor."""
+_DEPTH = (*_DEPTH_ALONE, "rgbd", "rgbd_camera")
 _DEPTH_PLUGINS = ("gazebo_ros_openni_kinect", "gazebo_ros_depth_camera")
 
 
@@ -81,6 +83,8 @@ class Camera(Sensor):
         info_topic: absolute topic of its optics, None for none.
         points_topic: absolute topic of the points that it sees, None for none.
         baseline: of the right camera of a pair, its distance from the left one (m), which its ``P`` holds.
+        projection: in place of those of its lens, the focal lengths, the centre and the translation in ``P``,
+            pixels: x and y of each.
     """
 
     tag: ClassVar[str] = "camera"
@@ -98,6 +102,7 @@ class Camera(Sensor):
     info_topic: str | None = None
     points_topic: str | None = field(default=None, metadata=LATER)
     baseline: float = field(default=0.0, metadata=LATER)
+    projection: tuple[float, ...] = field(default=(), kw_only=True, metadata=LATER)
 
     @property
     def offset(self) -> Pose:
@@ -118,9 +123,14 @@ class Camera(Sensor):
         camera = sensor.require("camera")
         width, height = _size(sensor, camera.section("image"), reading)
         fov = _field_of(camera, width, height, reading) if fov is None else fov
-        near, far = _clip(camera.section("clip"))
-        if any(coefficient.text.strip("+-0. ") for coefficient in camera.section("distortion").all(*_BENT)):
-            reading.notes.warn(camera, Code.NRP262, "the <distortion> of cameras is not simulated")
+        is_deep = sensor.attribute("type") in _DEPTH_ALONE
+        own = camera.section("depth_camera").find("clip") if is_deep else None
+        near, far = _clip(own or camera.section("clip"))
+        given = [each for each in camera.section("distortion").all(*_BENT) if each.text.strip("+-0. ")]
+        if given:
+            names = ", ".join(f"<{each.tag}>" for each in given)
+            message = f"the <distortion> of cameras is not simulated ({names})"
+            reading.notes.warn(camera, Code.NRP262, message)
         topics = _topics(sensor, mount, reading)
         return cls(
             sensor.attribute("name"),
@@ -137,6 +147,7 @@ class Camera(Sensor):
             topics.points,
             _baseline(sensor),
             noise=noise_of(camera, reading),
+            projection=_projection(camera.section("lens"), fov, (width, height)),
         )
 
     def part(self, model: Model, link: str, engine: Engine) -> CameraPart:
@@ -182,12 +193,12 @@ class CameraPart(SensorPart):
         depth = self._engine.depth(*self._path)
         if self._is_noisy:
             name = self._camera.depth_topic or self._camera.topic
-            depth = depth + np.asarray(self._noise(name, now_ns, depth.shape), np.float32)
+            depth = depth + self._measured(name, now_ns, np.zeros(depth.shape)).astype(np.float32)
             depth.flags.writeable = False
         return depth
 
     def _with_noise(self, image: ImageArray, now_ns: int) -> ImageArray:
-        noisy = image + 255 * self._noise(self._camera.topic, now_ns, image.shape)
+        noisy = 255 * self._measured(self._camera.topic, now_ns, image / 255)
         result: ImageArray = np.rint(noisy).clip(0, 255).astype(np.uint8)
         result.flags.writeable = False
         return result
@@ -213,17 +224,31 @@ def _field_of(camera: Element, width: int, height: int, reading: Reading) -> flo
     return 2 * atan(width / 2 / fx)
 
 
+def _projection(lens: Element, fov: float, size: tuple[int, int]) -> tuple[float, ...]:
+    """Return the numbers of a ``<projection>``, by default those of the lens; () without one."""
+    given = lens.find("projection")
+    if given is None:
+        return ()
+    width, height = size
+    focal = width / 2 / tan(fov / 2)
+    usual = {"p_fx": focal, "p_fy": focal, "p_cx": width / 2, "p_cy": height / 2, "tx": 0.0, "ty": 0.0}
+    return tuple(given.number(tag, default) for tag, default in usual.items())
+
+
 def info_of(camera: Camera, header: Header, size: tuple[int, int]) -> CameraInfo:
     """Return the optics of a camera whose images have this height and width."""
     height, width = size
     focal = camera.focal(width)
     k = np.array([[focal, 0.0, width / 2], [0.0, focal, height / 2], [0.0, 0.0, 1.0]])
     p = np.column_stack([k, [-focal * camera.baseline, 0.0, 0.0]])
+    if camera.projection:
+        fx, fy, cx, cy, tx, ty = np.multiply(camera.projection, width / camera.width)
+        p = np.array([[fx, 0.0, cx, tx], [0.0, fy, cy, ty], [0.0, 0.0, 1.0, 0.0]])
     return CameraInfo(header, height, width, d=np.zeros(5), k=k.ravel(), r=np.eye(3).ravel(), p=p.ravel())
 
 
 def _size(sensor: Element, image: Element, reading: Reading) -> tuple[int, int]:
-    is_deep = "depth" in sensor.attribute("type") and image.word("format") in _DEPTH_FORMATS
+    is_deep = sensor.attribute("type") in _DEPTH and image.word("format") in _DEPTH_FORMATS
     if image.word("format") not in _COLOR_FORMATS and not is_deep:
         message = f"the image format '{image.word('format')}' is not simulated: images are R8G8B8"
         reading.notes.warn(image, Code.NRP262, message)
@@ -274,6 +299,8 @@ def _topics(sensor: Element, mount: Mount, reading: Reading) -> _Topics:
     base = dirname(image) if basename(image).startswith("image") else image
     info = sensor.section("camera").word("camera_info_topic", join(base, "camera_info"))
     depth, points = (join(base, "depth_image"), join(base, "points")) if deep else ("", "")
+    if sensor.attribute("type") in _DEPTH_ALONE:
+        image, depth = join(base, "color"), image
     for plugin in sensor.all("plugin"):
         kind = plugin_name(plugin)
         if kind in (_CAMERA_PLUGIN, _STEREO_PLUGIN, *_DEPTH_PLUGINS):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
@@ -13,10 +13,11 @@ from nrp_core.messages.gazebo_msgs import ContactsState, ContactState
 from nrp_core.messages.geometry_msgs import Vector3, Wrench, WrenchStamped
 from nrp_core.messages.geometry_msgs import Wrench as WrenchMessage
 from nrp_core.messages.std_msgs import Header
+from nrp_core.scene.devices import LATER, Noise
 from nrp_core.scene.model import Model
 from nrp_core.scene.reading.context import Element, Reading
 from nrp_core.scene.reading.plugins import ModelParts
-from nrp_core.scene.reading.sensors import Mount, plugin_sensor, rate_of, topic_of
+from nrp_core.scene.reading.sensors import Mount, noise_of_axes, plugin_sensor, rate_of, topic_of
 from nrp_core.scene.rigid import Pose, Touch, Vector
 from nrp_core.world.engine import Engine
 from nrp_core.world.part import Part
@@ -35,17 +36,21 @@ class ForceTorque(Sensor):
         joint: the name of the joint.
         frame: the frame of the axes: ``child``, ``parent`` or ``sensor``.
         onto_child: whether it is the force of the parent on the child, or the reverse.
+        pose: the axes of the frame ``sensor`` on the child link.
+        torque_noise: the noise of the torque; None for that of all numbers.
     """
 
     tag: ClassVar[str] = "force_torque"
 
     needs: ClassVar[tuple[str, ...]] = ("joint_wrenches",)
+    noises: ClassVar[tuple[str, ...]] = ("torque_noise",)
     on_joint: ClassVar[bool] = True
 
     joint: str
     frame: str = "child"
     onto_child: bool = False
     pose: Pose = Pose()
+    torque_noise: Noise | None = field(default=None, kw_only=True, metadata=LATER)
 
     @property
     def measured_joints(self) -> tuple[str, ...]:
@@ -62,7 +67,12 @@ class ForceTorque(Sensor):
         frame = section.choice("frame", ("child", "parent", "sensor"), "child")
         topic = topic_of(sensor, reading.topic_of(mount.name, f"{name}/forcetorque"), _WRENCH_TOPICS, reading)
         onto_child = section.choice("measure_direction", _DIRECTIONS, _DIRECTIONS[0]) == _DIRECTIONS[1]
-        return cls(name, topic, rate_of(sensor, reading), mount.name, frame, onto_child)
+        noise, torque = (noise_of_axes(section.section(tag), reading) for tag in ("force", "torque"))
+        own = None if torque == noise else torque
+        return cls(
+            name, topic, rate_of(sensor, reading), mount.name, frame, onto_child, mount.place(sensor),
+            noise=noise, torque_noise=own,
+        )  # fmt: skip
 
     @classmethod
     def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> tuple[str, ForceTorque]:
@@ -93,7 +103,8 @@ class ForceTorquePart(SensorPart):
             along = along @ self._sensor.pose
         sign = -1.0 if self._sensor.onto_child else 1.0
         turned = [along.inverse().rotate(vector) for vector in (wrench.force, wrench.torque)]
-        force, torque = self._noisy(topic, now_ns, *((sign * x, sign * y, sign * z) for x, y, z in turned))
+        signed = ((sign * x, sign * y, sign * z) for x, y, z in turned)
+        force, torque = self._noisy(topic, now_ns, *signed, own=(None, self._sensor.torque_noise))
         return WrenchStamped(self._header(now_ns), WrenchMessage(Vector3(*force), Vector3(*torque)))
 
 

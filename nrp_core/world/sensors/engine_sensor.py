@@ -135,7 +135,7 @@ class EngineSensorPart(SensorPart):
             message.header = self._header(now_ns)
         for name, path in self._fields:
             values = self._engine.sensor_values(self._place[0], name)
-            _put(message, path, values + self._noise(topic, now_ns, values.shape))
+            _put(message, path, self._measured(topic, now_ns, values))
         if self._sensor.form == "range":
             message.radiation_type, message.max_range = _INFRARED, self._sensor.max_range
             message.range = message.range if message.range >= 0 else inf  # REP 117: nothing is hit

@@ -205,4 +205,7 @@ class GroundTruthPart(SensorPart):
         header.frame_id = self._sensor.reference
         noisy = ModelMotion(Pose(position, motion.pose.orientation), linear, angular)
         pose, twist = pose_message(noisy.pose), twist_message(noisy.linear, noisy.angular)
-        return Odometry(header, self._frame, PoseWithCovariance(pose), TwistWithCovariance(twist))
+        variance = tuple((self._sensor.noise.stddev**2 * np.eye(6)).ravel().tolist())
+        return Odometry(
+            header, self._frame, PoseWithCovariance(pose, variance), TwistWithCovariance(twist, variance)
+        )  # fmt: skip

@@ -201,7 +201,7 @@ class LaserPart(SensorPart):
         laser = self._laser
         ranges = self._engine.scan(*self._place, self._beams).reshape(laser.layers, laser.samples)
         if laser.noise:
-            noisy = ranges + self._noise(laser.topic, now_ns, ranges.shape)  # the same in all forms
+            noisy = self._measured(laser.topic, now_ns, ranges)  # the same in all forms
             ranges = np.where(np.isfinite(ranges), np.clip(noisy, 0.0, None), ranges)
         return ranges
 
@@ -301,7 +301,7 @@ class Sonar(Laser):
             raise sonar.error(f"the <min> range must be from 0 to below <max>, {high:g} m, not {low:g}")
         if sonar.word("geometry", "cone") != "cone":
             shape = sonar.require("geometry")
-            message = f"a sonar measures in a cone here, not in a '{shape.text}'"
+            message = f"the <geometry> of a sonar is a cone here, not a '{shape.text}'"
             reading.notes.warn(shape, Code.NRP262, message)
         topic = topic_of(sensor, reading.topic_of(mount.name, f"{name}/sonar"), {}, reading)
         half = atan(sonar.positive("radius", 0.5) / high)

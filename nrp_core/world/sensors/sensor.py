@@ -13,8 +13,9 @@ from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
+from nrp_core._support.arrays import FloatArray
+from nrp_core.clock import NS_PER_S
 from nrp_core.messages.base import Time
 from nrp_core.messages.std_msgs import Header
 from nrp_core.scene.devices import Imperfection, MountedSensor, Noise
@@ -23,9 +24,9 @@ from nrp_core.scene.reading.context import Element, Reading
 from nrp_core.scene.reading.plugins import ModelParts
 from nrp_core.scene.reading.sensors import Mount
 from nrp_core.scene.rigid import Vector
-from nrp_core.seeds import Seeds
 from nrp_core.world.engine import Engine
 from nrp_core.world.part import Part
+from nrp_core.world.sensors.errors import Errors
 from nrp_core.world.topics import Direction, TopicInfo
 
 
@@ -125,35 +126,41 @@ class SensorPart(Part):
         self._frame = sensor.frame_on(model, link)
         self._engine = engine
         self._imperfect = sensor
+        self._errors = Errors(lambda: engine.seed)
 
     def _served(self, topic: str, kind: type, what: str) -> TopicInfo:
         """Return the description of a topic of this sensor."""
         sensor = self._imperfect
+        rate_hz = sensor.rate_hz or NS_PER_S / self._engine.step_ns
         return TopicInfo(
-            topic, kind, Direction.OUT, sensor.rate_hz, what, delay=sensor.delay, drop_out=sensor.drop_out
+            topic, kind, Direction.OUT, rate_hz, what, delay=sensor.delay, drop_out=sensor.drop_out
         )
 
     def _header(self, now_ns: int) -> Header:
         return Header(Time.from_ns(now_ns), self._frame)
 
-    def _noise(self, topic: str, now_ns: int, shape: Any) -> npt.NDArray[np.float64] | float:
-        """Return noise for an array of a shape; it depends only on the seed, the topic and the time."""
-        noise = self._imperfect.noise
-        return self._drawn(topic, now_ns, noise.mean, noise.stddev, shape) if noise else 0.0
-
-    def _drawn(self, topic: str, now_ns: int, mean: Any, stddev: Any, shape: Any) -> npt.NDArray[np.float64]:
-        stream = Seeds(self._engine.seed).child("world/noise").stream(f"{topic}@{now_ns}")
-        return np.asarray(stream.normal(mean, stddev, shape))
+    def _measured(self, topic: str, now_ns: int, numbers: Any, noise: Noise | None = None) -> FloatArray:
+        """Return numbers with the errors of the sensor, or with another noise; they have a common bias."""
+        noise = self._imperfect.noise if noise is None else noise
+        numbers = np.asarray(numbers, np.float64)
+        return self._errors.on(topic, now_ns, numbers, noise) if noise else numbers
 
     def _noisy(
         self, topic: str, now_ns: int, *vectors: Vector, own: Sequence[Noise | None] = ()
     ) -> list[Vector]:
-        """Return vectors with noise; ``own`` is that of each vector, None for the noise of all numbers."""
-        shape = len(vectors), 3
-        if any(one is not None for one in own):
-            noises = [self._imperfect.noise if one is None else one for one in own]
-            means, deviations = ([[one.mean] for one in noises], [[one.stddev] for one in noises])
-            numbers = np.array(vectors) + self._drawn(topic, now_ns, means, deviations, shape)
-        else:
-            numbers = np.array(vectors) + self._noise(topic, now_ns, shape)
+        """Return vectors with errors; ``own`` is the noise of each, None for the noise of all numbers."""
+        noises = [self._imperfect.noise if one is None else one for one in own or (None,) * len(vectors)]
+        if not any(noises):
+            return list(vectors)
+        each = [axis for noise in noises for axis in noise.on(3)]
+        numbers = self._errors.on(topic, now_ns, np.array(vectors), each)
         return [(x, y, z) for x, y, z in numbers.tolist()]
+
+    def reset(self) -> None:
+        self._errors.biases.clear()
+
+    def save(self) -> object:
+        return dict(self._errors.biases)
+
+    def restore(self, saved: Any) -> None:
+        self._errors.biases = dict(saved)

@@ -55,7 +55,7 @@ def test_parts_that_would_collide_or_be_static_in_gazebo_are_reported(model: Mod
     assert model(usual).warnings == ()
     read = model(f"<self_collide>true</self_collide>{LINK}" + nested.format("a", "true"))
     assert [str(each).split(": ", 1)[1][:44] for each in read.warnings] == [
-        "<self_collide> true of a <model> is not simu", "the <static> of the nested model 'a' is not ",
+        "the <static> of the nested model 'a' is not ", "<self_collide> true of a <model> is not simu",
     ]  # fmt: skip
     assert model("<static>1</static>" + LINK + nested.format("a", "true")).warnings == ()
 

@@ -380,7 +380,8 @@ def test_elements_of_the_specification_that_are_not_simulated_cause_a_warning(
 ) -> None:
     scene = world(
         '<actor name="x"/><physics><ode><solver/></ode></physics><scene/><gui><camera name="c"/></gui>'
-        '<wind/><model name="a"><link name="base"><kinematic>1</kinematic><inertial/></link></model>'
+        '<wind><linear_velocity>0 0 0</linear_velocity></wind><model name="a"><link name="base">'
+        "<kinematic>1</kinematic><inertial/></link></model>"
     )
     assert len(scene.warnings) == 2
     assert "<actor>" in str(scene.warnings[0])

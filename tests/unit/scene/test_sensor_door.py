@@ -115,7 +115,7 @@ OWN = (
     [
         (OWN, ""),
         (OWN.replace("length>", "lenght>"),
-         "<lenght> is not an element of <whisker>: ignored; did you mean 'length'?"),
+         "<lenght> is not an element of <whisker>: ignored; did you mean <length>?"),
         (OWN.replace("stddev>", "stdev>"),
          "<stdev> is not an element of <noise>: ignored; did you mean <stddev>?"),
         (OWN.replace("whisker>", "wisker>"),
@@ -152,7 +152,7 @@ def test_the_element_of_a_registered_sensor_is_known_among_added_sensors(
         (sensor,) = with_added_sensors(model, [added]).links[0].sensors
         assert (sensor.length, sensor.noise.stddev) == (0.2, 0.1)  # type: ignore[attr-defined]
     else:
-        with golden.raises(SceneError, match="<lenght>.*'length'"):
+        with golden.raises(SceneError, match="<lenght>.*<length>"):
             with_added_sensors(model, [added])
 
 

@@ -48,7 +48,7 @@ def test_the_bodies_that_ship_have_no_slip(file: str) -> None:
             "pioneer.sdf",
             '<model name="pioneer">',
             '<model name="pioneer"><self_collide>maybe</self_collide>',
-            "<self_collide> is 'maybe', which is neither true nor false: ignored",
+            "<self_collide> maybe of a <model> is not simulated",
         ),
     ],
 )

@@ -12,7 +12,7 @@ import pytest
 from golden import Golden
 
 from nrp_core.errors import SceneError
-from nrp_core.findings import Code
+from nrp_core.findings import Code, Level
 from nrp_core.scene.merged_bodies import bodies_of
 from nrp_core.scene.meshes.stl import write_stl
 from nrp_core.scene.meshes.triangles import Triangles
@@ -231,7 +231,8 @@ def test_gazebo_elements_of_a_link_apply_to_it(urdf: UrdfReader) -> None:
     assert base.visuals[0].rgba == (1, 0, 0, 1)
     assert base.collisions[0].friction == 0.5
     assert (base.sensors[0].topic, base.sensors[0].rate_hz) == ("/r2/eye", 10)
-    assert read.warnings == ()
+    (note,) = read.warnings
+    assert (note.level, note.subject, note.line) == (Level.NOTE, "kp", 2)
 
 
 def test_gazebo_elements_without_a_reference_apply_to_the_model(urdf: UrdfReader) -> None:
