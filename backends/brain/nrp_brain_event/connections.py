@@ -311,14 +311,22 @@ def _in_order(parts: Sequence[FloatArray], order: Array) -> FloatArray:
 
 
 def _bundles(first: Array, delay: Array, static: Array) -> Array:
-    """Return the length of each run of static synapses of one neuron and delay at its first, else 0."""
+    """Return the length of each run of static synapses of one neuron and delay at its first, else 0.
+
+    It is negative if another run of the neuron follows.
+    """
     begins = np.ones(len(delay) + 1, bool)
     begins[1:-1] = (delay[1:] != delay[:-1]) | ~static[1:] | ~static[:-1]
     begins[first] = True
     starts = np.flatnonzero(begins)
     bundle = np.zeros(len(delay), np.int32)
-    bundle[starts[:-1]] = np.diff(starts)
-    return np.where(static, bundle, 0)
+    bundle[starts[:-1]] = np.where(static[starts[:-1]], np.diff(starts), 0)
+    of_row = np.ones(len(delay) + 1, bool)
+    of_row[first] = False
+    later = starts[1:-1]
+    follows = of_row[later] & static[later]
+    bundle[starts[:-2]] *= np.where(follows, -1, 1).astype(np.int32)
+    return bundle
 
 
 def _joined(parts: Sequence[Array], dtype: type[np.generic]) -> Array:

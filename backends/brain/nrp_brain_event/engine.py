@@ -70,6 +70,8 @@ class StoredSpikes:
 _ROOM: Final = 64
 """Initial capacity for events and spikes."""
 _LONGEST_WINDOW_MS: Final = 1.0
+_ARRIVALS_MS: Final = 4000.0
+"""Length of a window times the number of delays of all neurons; few arrivals are sorted in fast caches."""
 _FEWEST_WINDOWS: Final = 64
 _MOST_WINDOWS: Final = 4096
 _MOST_EVENTS: Final = 1 << 25
@@ -87,10 +89,12 @@ def build_engine(network: Network, tolerance_mv: float, *, quadrature: bool) -> 
         NetworkError: the network has impossible parameters or delays.
     """
     shortest_ms, longest_ms = delay_range(network)
-    width_ms = 2.0 ** floor(log2(min(shortest_ms, _LONGEST_WINDOW_MS)))
+    cells, row_of = load_cells(network, tolerance_mv, quadrature=quadrature)
+    connections = load_connections(network, cells, row_of)
+    n_arrivals = max(np.count_nonzero(connections["bundle"]), 1)
+    width_ms = 2.0 ** floor(log2(min(shortest_ms, _LONGEST_WINDOW_MS, _ARRIVALS_MS / n_arrivals)))
     n_windows = min(max(int(longest_ms / width_ms) + 2, _FEWEST_WINDOWS), _MOST_WINDOWS)
     n_windows = 1 << (n_windows - 1).bit_length()
-    cells, row_of = load_cells(network, tolerance_mv, quadrature=quadrature)
     modes, kinds = modes_of(cells)
     clock, events = np.zeros(1, Clock.dtype()), np.zeros(_ROOM, Event.dtype())
     clock["width"], clock["per_width"] = width_ms, 1.0 / width_ms
@@ -102,7 +106,7 @@ def build_engine(network: Network, tolerance_mv: float, *, quadrature: bool) -> 
         modes=modes,
         kinds=kinds,
         row_of=row_of,
-        **load_connections(network, cells, row_of),
+        **connections,
         clock=clock,
         events=events,
         event_slots=np.full(n_windows + 1, -1),

@@ -72,7 +72,34 @@ def release(clock: Clock, events: Array) -> None:
 
 
 @jit
-def gather(clock: Clock, slots: Array, events: Array, sorting: Array, end: float) -> None:
+def gather(
+    clock: Clock, slots: Array, events: Array, sorting: Array, bundle: Array, delay: Array, end: float
+) -> bool:
+    """Remove the events of the window before ``end`` from the calendar, in order; False if there is no room.
+
+    Each makes the event that follows it, so a spike in transit is a single event, however many delays its
+    synapses have.
+    """
+    index = slots[clock.slot & (len(slots) - 2)]
+    while index >= 0:
+        one = index
+        while events[one].time < end and events[one].n > 0 and bundle[events[one].target] < 0:
+            event, following = events[one], clock.free
+            sent, s = event.weight, event.target + event.n
+            if sent == -inf:
+                break
+            if clock.n_free == 0:
+                return False
+            event.weight = -inf
+            post(clock, slots, events, sent + delay[s], s, sent, abs(bundle[s]))
+            one = following
+        index = events[index].after
+    _sort(clock, slots, events, sorting, end)
+    return True
+
+
+@jit
+def _sort(clock: Clock, slots: Array, events: Array, sorting: Array, end: float) -> None:
     """Remove the events of the window before ``end`` from the calendar, in order."""
     slot = clock.slot & (len(slots) - 2)
     index = slots[slot]
@@ -224,8 +251,11 @@ def run(places: Array, until: float, end: float) -> int:
     while True:
         window_end = min((clock.slot + 1) * clock.width, end)
         slot = clock.slot & last
-        if clock.arriving < 0 and event_slots[slot] >= 0:
-            gather(clock, event_slots, events, engine.sorting, window_end)
+        waiting = clock.arriving < 0 and event_slots[slot] >= 0
+        if waiting and not gather(
+            clock, event_slots, events, engine.sorting, engine.bundle, engine.delay, window_end
+        ):
+            return FULL
         while clock.arriving >= 0:
             if left <= 0:
                 return PAUSED
@@ -421,13 +451,15 @@ def _send(engine: EngineArrays, neuron: int, time: float) -> None:
     clock, slots, events = engine.clock[0], engine.event_slots, engine.events
     s, last = engine.first[neuron], engine.first[neuron + 1]
     while s < last:
-        n, target, weight = engine.bundle[s], s, 0.0
+        n, target, weight = abs(engine.bundle[s]), s, time
         if n == 0:
             target, weight = engine.target[s], engine.weight[s]
             if len(engine.dynamics) > 0 and engine.dynamics[s] >= 0:
                 weight *= released_share(engine.short_term[engine.dynamics[s]], time)
         post(clock, slots, events, time + engine.delay[s], target, weight, n)
-        s += max(n, 1)
+        while engine.bundle[s] < 0:
+            s -= engine.bundle[s]
+        s += max(abs(engine.bundle[s]), 1)
 
 
 @jit
@@ -465,13 +497,18 @@ def spread(places: Array) -> bool:
     clock, slots, events = engine.clock[0], engine.event_slots, engine.events
     for index in range(len(events)):
         event = events[index]
-        first, n = event.target, event.n
-        if n > clock.n_free:
+        first, n, sent = event.target, event.n, event.weight
+        if n == 0:
+            continue
+        begin, last = first, first + n
+        while sent > -inf and engine.bundle[begin] < 0:
+            begin, last = last, last + abs(engine.bundle[last])
+        if last - first > clock.n_free:
             return False
-        if n > 0:
-            event.target, event.weight, event.n = engine.target[first], engine.weight[first], 0
-        for s in range(first + 1, first + n):
-            post(clock, slots, events, event.time, engine.target[s], engine.weight[s], 0)
+        event.target, event.weight, event.n = engine.target[first], engine.weight[first], 0
+        for s in range(first + 1, last):
+            arrival = event.time if s < first + n else sent + engine.delay[s]
+            post(clock, slots, events, arrival, engine.target[s], engine.weight[s], 0)
     return True
 
 

@@ -226,7 +226,9 @@ class Event(Record):
 
     A target is twice the row of a cell, plus one for the inhibitory receptor; or ``~p`` for the target of
     plastic synapse p, which then determines the weight. If ``n`` is not zero, the spike arrives at n
-    synapses, and the target is the first of these.
+    synapses, and the target is the first of these. The weight is then the time at which the spike was sent:
+    if more synapses follow, their event is made when this one is about to arrive, and the weight becomes
+    negative infinity.
     """
 
     time: float
@@ -353,7 +355,8 @@ class EngineArrays(NamedTuple):
         first, target, weight, delay, dynamics: the synapses of neuron ``i`` are those from
             ``first[i]`` to ``first[i + 1]``; ``dynamics`` is a row of ``short_term`` or -1, and empty if no
             synapse has one.
-        bundle: at the first of the static synapses with the same neuron and delay, their number, else 0.
+        bundle: at the first of the static synapses with the same neuron and delay, their number, else 0;
+            it is negative if more static synapses of the neuron follow.
         short_term: ``ShortTerm``.
         plastic: ``Plastic``, in the order of the cells they end on.
         slow: ``Slow``, of the plastic synapses if a law of the network needs it, else a single one.

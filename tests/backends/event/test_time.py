@@ -301,3 +301,18 @@ def test_on_a_grid_a_delay_of_0_is_one_step_and_is_reported(
         assert bool(told) == (delay == 0.0)
     assert found[0]
     assert found[0] == found[1]
+
+
+@pytest.mark.parametrize("changed_ms", [0.7, 1.5, 2.6, 4.0])
+def test_a_spike_in_transit_keeps_the_weights_of_all_its_delays(
+    changed_ms: float, cells: Cells, connect: Connect, spike_source: Cells, open_brain: Open
+) -> None:
+    own = cells("cells", "IF_curr_delta", tau_m=1e12, v_rest=0.0, v_thresh=100.0, initial={"v": 0.0})
+    delays, weights = np.array([3.0, 1.0, 2.0, 4.5, 2.0, 2.75]), 2.0 ** np.arange(6)
+    wires = connect("source", "cells", weights, delays, pairs=[(0, 0)] * 6, label="p")
+    brain = open_brain(spike_source("source", [0.5]), own, wires)
+    for at_ms in (changed_ms, 4.2, 4.8, 6.0):
+        brain.run_until(round(at_ms * NS_PER_MS))
+        brain.set_weights("p", 0.0)
+        arrived = weights[delays + 0.5 <= at_ms].sum()
+        assert brain.read_state("v", brain.network.ids_of("cells")) == pytest.approx([arrived], abs=1e-9)
