@@ -180,6 +180,7 @@ FILES = [
 ]  # fmt: skip
 
 
+@pytest.mark.one_of(2)
 @pytest.mark.parametrize(("edit", "value", "words"), FILES, ids=lambda one: str(one)[-12:])
 def test_a_value_of_a_file_is_reported_if_it_cannot_be_meant(
     husky: Path, edit: tuple[str, str, str], value: str, words: str

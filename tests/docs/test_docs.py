@@ -41,9 +41,10 @@ MANY_RUNS = frozenset(
         "howto/judge-a-run", "howto/use-pynn", "howto/use-your-robot", "howto/write-a-cell-in-equations",
         "tutorial/first-experiment", "tutorial/biology-and-equations",
         "howto/intervene-in-a-brain", "howto/learn-in-the-loop", "howto/map-to-spinnaker",
-        "howto/pack-a-paper", "howto/prove-a-backend",
+        "howto/pack-a-paper", "howto/prove-a-backend", "howto/run-spynnaker-scripts",
         "howto/record-and-replay", "howto/run-a-fly", "howto/set-parameters", "howto/steer-a-run",
         "howto/sweep-settings", "howto/write-a-learning-rule", "tutorial/one-run-to-a-thousand",
+        "tutorial/own-experiment",
     )
 )  # fmt: skip
 """Pages that take minutes together; other tests run the same commands."""
