@@ -16,6 +16,7 @@ from operator import matmul
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
+from nrp_core.scene.bodies import free_name
 from nrp_core.scene.consistency import MODEL, WORLD
 from nrp_core.scene.reading.context import Element, Reading
 from nrp_core.scene.rigid import Pose
@@ -294,18 +295,29 @@ def without_surroundings(placed: Sequence[Placed], reading: Reading) -> Sequence
     return moving
 
 
-def _with_unique_names(placed: list[Placed], reading: Reading) -> list[Placed]:
-    """Return models or lights with unique names: includes are numbered as in Gazebo.
+def with_unique_links(model: Element, reading: Reading) -> Element:
+    """Return a static model, whose links no joint needs, with unique names of its links."""
+    links = model.all("link")
+    names = [link.attributes.get("name", "") for link in links]
+    renamed: dict[Element, Element] = {}
+    for number, (link, name) in enumerate(zip(links, names, strict=True)):
+        if name and name in names[:number]:
+            names[number] = free = free_name(name, names)
+            message = f"another link is named '{name}': this one is renamed '{free}'"
+            reading.notes.warn(link, Code.NRP266, message, subject=name)
+            renamed[link] = replace(link, attributes={**link.attributes, "name": free})
+    return replace(model, children=[renamed.get(each, each) for each in model.children]) if renamed else model
 
-    Elements written in place keep their names: duplicates among them are mistakes of the file.
-    """
+
+def _with_unique_names(placed: list[Placed], reading: Reading) -> list[Placed]:
+    """Return models and included lights with unique names, numbered as in Gazebo."""
     names = {(thing.element.tag, thing.name) for thing in placed}
     seen: set[tuple[str, str]] = set()
     result: list[Placed] = []
     for thing in placed:
         tag, name = thing.element.tag, thing.name
-        included = thing.user is not thing.element
-        if included and not thing.merged and (tag, name) in seen:
+        named = tag == "model" or thing.user is not thing.element
+        if named and not thing.merged and (tag, name) in seen:
             free = next(f"{name}_{n}" for n in count() if (tag, f"{name}_{n}") not in names)
             reading.notes.warn(
                 thing.user,

@@ -40,7 +40,7 @@ from nrp_core.scene.reading.sensors import (
 )
 from nrp_core.scene.rigid import Pose
 from nrp_core.scene.sdf.compound import Row, in_a_row
-from nrp_core.scene.sdf.frames import Frames, Placed, model_scope, read_placed, read_pose
+from nrp_core.scene.sdf.frames import Frames, Placed, model_scope, read_placed, read_pose, with_unique_links
 from nrp_core.scene.sdf.joints import (
     WITHOUT_ONE_WAY,
     couples,
@@ -161,7 +161,8 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> SdfParts:
         reading: the context of the reading.
         static: whether it, or an enclosing model, never moves.
     """
-    model, source = placed.element, placed.source
+    model = with_unique_links(placed.element, reading) if static else placed.element
+    source = placed.source
     inner_models = read_placed(model, source, reading, "model")
     only_inner = bool(inner_models) and not model.all("link")
     still = [inner.static for inner in inner_models]

@@ -46,10 +46,14 @@ def test_models_without_a_world_are_a_scene(write: Writer) -> None:
     assert [m.name for m in read_scene(write(f'<model name="a">{LINK}</model>')).models] == ["a"]
 
 
-def test_two_models_of_one_name_are_refused(world: WorldReader, golden: Golden) -> None:
-    with golden.raises(SceneError, match="'a'.*<model>") as refusal:
-        world(f'<model name="a">{LINK}</model>\n<model name="a">{LINK}</model>')
-    assert refusal.value.line == 5
+def test_models_and_fixed_links_of_one_name_are_renamed(world: WorldReader) -> None:
+    scene = world(
+        f'<model name="a">{LINK}</model>\n<model name="a">{LINK}</model>'
+        f'<model name="house"><static>1</static>{LINK}{LINK}</model>'
+    )
+    assert [model.name for model in scene.models] == ["a", "a_0", "house"]
+    assert len({link.name for link in scene.models[2].links}) == 2
+    assert [each.subject for each in scene.warnings if each.code == Code.NRP266].count("a") == 1
 
 
 def test_lights_shine_as_far_as_wide_and_as_bright_as_the_file_says(world: WorldReader) -> None:
