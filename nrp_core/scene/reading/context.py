@@ -206,6 +206,9 @@ class Resources:
         found = next((path for path in self._candidates(uri.text, uri.path) if path.is_file()), None)
         found = found or next(filter(None, map(in_sources, self._candidates(uri.text, uri.path))), None)
         found = found or next((path for path in _beside(uri) if path.is_file()), None)
+        plain = unquote(uri.text).replace("\\", "/")  # %20 for a space, folders of Windows
+        if found is None and plain != uri.text:
+            return self.find(replace(uri, text=plain))
         return found or (self._find_elsewhere(uri.text) if self._find_elsewhere is not None else None)
 
     def media(self) -> list[Path]:

@@ -306,8 +306,11 @@ def _check_names(element: Element) -> None:
 
 def _expanded(root: Element, path: Path, reading: Reading) -> Element | None:
     """Return a file of URDF with its macros expanded; None if it has none."""
-    from nrp_core.scene.urdf.expand import expand_xacro, is_xacro
+    from nrp_core.scene.urdf.expand import drop_unknown_calls, expand_xacro, is_xacro
 
+    for call in drop_unknown_calls(root) if path.suffix == ".urdf" else ():
+        message = f"<{call.tag}> is left out: the file has no such macro"
+        reading.notes.warn(call, Code.NRP260, message, subject=call.tag)
     if not is_xacro(root):
         return None
     package = partial(reading.resources.package, user=path.absolute())

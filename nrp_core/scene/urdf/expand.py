@@ -29,6 +29,21 @@ _PACKAGE = "package://"
 _SUBSTITUTION = ("$(", "${")
 _ARGUMENT = re.compile(r"\$\(arg (\w+)\)")
 _WITHOUT_VALUE = re.compile(r"Undefined substitution argument (\w+)")
+_KEYWORDS = frozenset(
+    f"xacro:{name}"
+    for name in (
+        "arg",
+        "attribute",
+        "call",
+        "element",
+        "if",
+        "include",
+        "insert_block",
+        "macro",
+        "property",
+        "unless",
+    )
+)
 _YAML_BYTES = 1_000_000
 _GLOB = re.compile(r"[^/]*[*?\[][^/]*")
 _MOST_GLOBS = 2
@@ -44,6 +59,28 @@ def is_xacro(robot: Element) -> bool:
         or is_xacro(child)
         for child in robot.children
     )
+
+
+def drop_unknown_calls(robot: Element) -> list[Element]:
+    """Remove calls of macros from a file that neither has nor includes macros, and return them.
+
+    Some versions of xacro leave calls of unknown macros in the URDF that they write.
+    """
+    holders = [*_descendants(robot)]
+    macros = [
+        (holder, each) for holder in holders for each in holder.children if each.tag.startswith("xacro:")
+    ]
+    if any(each.tag in _KEYWORDS for _, each in macros):
+        return []
+    for holder, call in macros:
+        holder.children.remove(call)
+    return [call for _, call in macros]
+
+
+def _descendants(element: Element) -> Iterator[Element]:
+    yield element
+    for child in element.children:
+        yield from _descendants(child)
 
 
 def expand_xacro(

@@ -5,10 +5,13 @@ from __future__ import annotations
 from math import inf
 from pathlib import Path
 
+import numpy as np
 import pytest
 from golden import Golden
 
 from nrp_core.errors import SceneError
+from nrp_core.findings import Code
+from nrp_core.scene.meshes.stl import write_stl
 from nrp_core.scene.model import Mimic
 from nrp_core.scene.posture import start_positions
 from nrp_core.scene.sdf import read_model
@@ -315,3 +318,27 @@ def test_a_joint_of_gazebo_replaces_one_that_holds_a_massless_link(
     assert [joint.name for joint in read.joints] == joints
     assert ("gap_link" in {link.name for link in read.links}) == bool(inertial)
     assert "gap" in {warning.subject for warning in read.warnings}
+
+
+def test_calls_of_unknown_macros_in_a_file_without_macros_are_left_out(
+    tmp_path: Path, golden: Golden
+) -> None:
+    path = tmp_path / "arm.urdf"
+    robot = '<robot name="arm" xmlns:xacro="http://ros.org/wiki/xacro"><link name="base">{}</link>{}</robot>'
+    path.write_text(robot.format(MASS, '<xacro:camera name="eye"/>'))
+    (found,) = read_model(path).warnings
+    assert (found.code, found.subject) == (Code.NRP260, "xacro:camera")
+    path.write_text(robot.format(MASS, '<xacro:camera name="eye"/><xacro:property name="mass" value="1"/>'))
+    with golden.raises(SceneError, match="camera"):
+        read_model(path)
+
+
+@pytest.mark.parametrize(
+    "name", ["my%20parts/a%20box.stl", r"my parts\a box.stl", "package://my%20parts/a%20box.stl"]
+)
+def test_names_of_meshes_may_be_quoted_or_of_windows(tmp_path: Path, name: str) -> None:
+    (tmp_path / "my parts").mkdir()
+    write_stl(tmp_path / "my parts" / "a box.stl", np.eye(3)[None])
+    shape = f'<visual><geometry><mesh filename="{name}"/></geometry></visual>'
+    (tmp_path / "arm.urdf").write_text(f'<robot name="arm"><link name="base">{MASS}{shape}</link></robot>')
+    assert read_model(tmp_path / "arm.urdf").warnings == ()
