@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +16,10 @@ from nrp_core.scene.meshes.cells import MAX_HOLLOW, cells, merged_cells
 from nrp_core.scene.meshes.concave import concave_parts, hull_excess
 from nrp_core.scene.meshes.stl import write_stl
 from nrp_core.scene.meshes.triangles import revolve
-from nrp_core.scene.model import ConcaveMesh
-from nrp_core.scene.sdf import read_scene
+from nrp_core.scene.model import ConcaveMesh, Scene
+from nrp_core.scene.rigid import Pose
+from nrp_core.scene.sdf import read_model, read_scene
+from nrp_core.world.robot_setup import RobotSetup, set_up_robot
 
 RADIUS = 0.1
 WORLD = """<sdf version="1.9"><world name="room">
@@ -136,6 +139,20 @@ def test_a_ball_stays_in_a_bin_that_moves(open_world, advance, tmp_path, sides):
     assert np.hypot(x, y) < 0.46 - RADIUS + 0.01
     assert z == pytest.approx(0.1 + RADIUS, abs=0.015)
     assert world.model_motion("house").pose.position == pytest.approx((0, 0, 0), abs=0.02)
+
+
+def test_a_ball_falls_through_the_hole_of_a_plate_in_urdf(open_world, advance, tmp_path):
+    write_stl(tmp_path / "plate.stl", ring(outer=1.0, inner=0.3, height=0.2))
+    (tmp_path / "plate.urdf").write_text(
+        '<robot name="plate"><link name="plate"><inertial><mass value="5"/>'
+        '<inertia ixx="1" iyy="1" izz="1"/></inertial><collision><geometry><mesh filename="plate.stl"/>'
+        "</geometry></collision></link></robot>"
+    )
+    plate = set_up_robot(read_model(tmp_path / "plate.urdf"), RobotSetup(True))
+    ball = room(tmp_path, ring(), "0.05 0 0.6").models[2]
+    world = open_world(Scene((replace(plate, pose=Pose((0.0, 0.0, 0.1))), ball)))
+    advance(world, 0.5)
+    assert world.model_motion("ball").pose.position == pytest.approx((0.05, 0, 0.6 - 9.81 / 8), abs=0.02)
 
 
 def hull_of_cube() -> np.ndarray:
