@@ -139,10 +139,13 @@ class Tree:
             return np.zeros(len(springs)), springs
         known: FloatArray = springs
         viscosity: FloatArray | float = 0.0
+        bias = None
         if self._columns is not None:
             pulls, viscosity = self._muscles.loads(self._columns)
             known = springs + pulls
-        efforts = self.servos.push(positions, velocities, self._inertia.now(positions), known, viscosity)
+            bias = self._inertia.bias(positions, velocities)
+        inertia = self._inertia.now(positions)
+        efforts = self.servos.push(positions, velocities, inertia, known, viscosity, bias)
         return efforts, self.servos.braking + springs
 
     def drive(self, efforts: FloatArray) -> bool:

@@ -227,6 +227,19 @@ class Inertia:
             inertia = inertia - product(mass[n:, :n], solve(mass[:n, :n], mass[:n, n:]))
         return inertia
 
+    def bias(self, positions: FloatArray, velocities: FloatArray) -> FloatArray | None:
+        """Return the efforts with which the joints do not accelerate, against gravity and velocities.
+
+        Returns:
+            Efforts, N m or N, shape ``(n,)``; None with a free base or ball joints.
+        """
+        if self._base or self._moving is not None:
+            return None
+        state = positions.tolist(), velocities.tolist(), [0.0] * len(positions)
+        return np.array(
+            bullet.calculateInverseDynamics(self._multibody, *state, physicsClientId=self._client)
+        )
+
     def _matrix(self, positions: FloatArray) -> FloatArray:
         """Return PyBullet's own mass matrix."""
         place = self._multibody

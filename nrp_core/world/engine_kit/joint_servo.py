@@ -38,6 +38,9 @@ class ExplicitServos:
 
         efforts = wanted - step * damping * a,    M a = efforts - l,    l = last efforts - M * (last a)
 
+    If the efforts against gravity and velocities are known, only the other loads are estimated. Muscles need
+    this: with light links these efforts change much from one step to the next.
+
     Args:
         limits: limits of the efforts of the servos, shape ``(n,)``.
         step_s: the physics step.
@@ -55,6 +58,7 @@ class ExplicitServos:
         self._aims = np.zeros((len(limits), 5))  # the columns are the fields of ServoTarget
         self._efforts = np.zeros(len(limits))
         self._velocities: FloatArray | None = None
+        self._before: tuple[FloatArray, FloatArray] | None = None  # inertia and bias
 
     @property
     def idle(self) -> bool:
@@ -79,6 +83,7 @@ class ExplicitServos:
         inertia: FloatArray,
         springs: FloatArray | float = 0.0,
         viscosity: FloatArray | float = 0.0,
+        bias: FloatArray | None = None,
     ) -> FloatArray:
         """Return the servos' efforts in the next step, from the joints' state at its start, shape ``(n,)``.
 
@@ -88,11 +93,15 @@ class ExplicitServos:
             inertia: joint-space inertia with a free base, shape ``(n, n)``.
             springs: efforts of springs and muscles in that step, shape ``(n,)`` or a scalar.
             viscosity: damping of these efforts, which fall as velocities rise; shape ``(n, n)`` or 0.
+            bias: the efforts with which the joints do not accelerate, shape ``(n,)``; None if unknown.
         """
         dt = self._step_s
         load: FloatArray = np.zeros(len(positions))
         if self._velocities is not None:
-            load = self._efforts - product(inertia, velocities - self._velocities) / dt
+            then, known = (inertia, 0.0) if bias is None or self._before is None else self._before
+            load = self._efforts - product(then, velocities - self._velocities) / dt - known
+        if bias is not None:
+            load, self._before = load + bias, (inertia, bias)
         stiffness, damping, position, velocity, effort = self._aims.T
         wanted = stiffness * position + damping * velocity + effort - stiffness * positions
         damping, dampers = damping + stiffness * dt, self._dampers  # backward Euler
@@ -116,12 +125,12 @@ class ExplicitServos:
 
     def forget(self) -> None:
         """Forget the last motion of the joints, because they were moved from outside."""
-        self._velocities = None
+        self._velocities = self._before = None
 
     def save(self) -> object:
         """Return the state that is kept between steps."""
-        return self._efforts, self._velocities
+        return self._efforts, self._velocities, self._before
 
     def restore(self, saved: Any) -> None:
         """Restore a state from :meth:`save`."""
-        self._efforts, self._velocities = saved
+        self._efforts, self._velocities, self._before = saved

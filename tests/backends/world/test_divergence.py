@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 from golden import Golden
@@ -19,13 +20,13 @@ N = 12
 _MS = 1_000_000
 
 
-def neck() -> str:
+def neck(mass: float = 0.02, force: float = 500.0) -> str:
     """Return twelve light links in a row, with two strong straight muscles at each joint."""
     bodies = (
         "".join(
             f"<body name='link{i}' pos='{0.05 * (i > 0)} 0 0'>"
             f"<joint name='joint{i}' axis='0 1 0' range='-60 60' limited='true' damping='0.01'/>"
-            "<geom type='capsule' fromto='0 0 0 0.05 0 0' size='0.01' mass='0.02'"
+            f"<geom type='capsule' fromto='0 0 0 0.05 0 0' size='0.01' mass='{mass}'"
             " contype='0' conaffinity='0'/>"
             + "".join(
                 f"<site name='in{i}{z}' pos='0.02 0 {z}'/><site name='out{i + 1}{z}' pos='0.03 0 {z}'/>"
@@ -41,7 +42,7 @@ def neck() -> str:
         for i, z in pairs
     )
     muscles = "".join(
-        f"<muscle name='muscle{i}{z}' tendon='tendon{i}{z}' lengthrange='0.02 0.06' force='500' "
+        f"<muscle name='muscle{i}{z}' tendon='tendon{i}{z}' lengthrange='0.02 0.06' force='{force}' "
         "ctrllimited='true' ctrlrange='0 1'/>"
         for i, z in pairs
     )
@@ -70,12 +71,31 @@ def test_muscles_that_throw_joints_out_of_their_limits_are_a_divergence(
     tmp_path: Path, golden: Golden
 ) -> None:
     file = tmp_path / "neck.xml"
-    file.write_text(neck())
+    file.write_text(neck(mass=0.001, force=1e5))
     with open_world("pybullet", file) as world, golden.raises(DivergedError, match="'base'"):
         excite(world)
-    with open_world("mujoco", file) as world:
-        excite(world)  # its joints stretch their limits by 1.5 rad, as in MuJoCo alone
-        assert 1.5 < np.abs(world.joint_states("base").positions).max() < 3.0
+    file.write_text(neck())
+    for engine in ("mujoco", "pybullet"):
+        with open_world(engine, file) as world:
+            excite(world)  # its joints stretch their limits, in MuJoCo alone by 1.5 rad
+            assert np.abs(world.joint_states("base").positions).max() < 3.0
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
+def test_light_links_with_strong_muscles_move_as_in_mujoco_alone(tmp_path: Path, engine: str) -> None:
+    text = neck(force=200.0).replace("range='-60 60' limited='true' ", "")
+    file = tmp_path / "neck.xml"
+    file.write_text(text.replace("<worldbody>", "<option integrator='implicitfast'/><worldbody>"))
+    model = mujoco.MjModel.from_xml_path(str(file))
+    data = mujoco.MjData(model)
+    with open_world(engine, file) as world:
+        command = world.advertise("/base/muscles/cmd")
+        for k, row in enumerate(np.random.default_rng(5).uniform(0.0, 1.0, (20, 2 * N))):
+            data.ctrl[:] = row
+            mujoco.mj_step(model, data, 5)
+            command.publish(Float64MultiArray(data=row))
+            world.run_until((k + 1) * 10 * _MS)
+            np.testing.assert_allclose(world.joint_states("base").positions, data.qpos, atol=1e-6)
 
 
 @pytest.mark.parametrize("backend", ["mujoco", "pybullet"])
