@@ -29,6 +29,11 @@ from nrp_core.errors import (
 
 T = TypeVar("T")
 
+_MEDIUM: Final = (
+    "Buoyancy", "Hydrodynamics", "LiftDrag", "LiftDragPlugin", "MulticopterMotorModel", "Thruster",
+    "nrp_drag",
+)  # fmt: skip
+
 OPTIONAL: Final[Mapping[str, Mapping[str, Sequence[str]]]] = {
     "nrp-brain-brian2": {
         f"nrp_core.{group}": ["brian2"] for group in ("brain", "networks", "pynn_dialects", "pynn_runners")
@@ -55,6 +60,7 @@ OPTIONAL: Final[Mapping[str, Mapping[str, Sequence[str]]]] = {
         "nrp_core.platforms": ["hbp_nrp"],
         "nrp_core.script_languages": ["python2"],
     },
+    "nrp-medium": {"nrp_core.drives": _MEDIUM},
     "nrp-pynest": {"nrp_core.pynn_dialects": ["nest"], "nrp_core.pynn_runners": ["nest"]},
     "nrp-spynnaker": {
         "nrp_core.pynn_dialects": ["pyNN.spiNNaker", "spynnaker", "spynnaker7", "spynnaker8"],

@@ -231,12 +231,14 @@ class MountedDrive:
 
     Attributes:
         joint_fields: fields with the names of the joints that it moves, in their order.
+        servo_fields: those of them with joints that it leads by servos.
     """
 
     name: str
     command_topic: str
 
     joint_fields: ClassVar[tuple[str, ...]] = ()
+    servo_fields: ClassVar[tuple[str, ...]] = ()
 
     @property
     def odometry_topic(self) -> str | None:

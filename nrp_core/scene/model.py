@@ -484,6 +484,7 @@ class Scene(Overview):
         imperfections: topics without a sensor that are noisy, late or get lost.
         randomize: the ranges from which each seed draws; a world opens the scene with the values drawn for
             its own.
+        drives: drives that act on every model, such as the water around them.
 
     Raises:
         SceneError: two models have the same name, or one of them or a tie is inconsistent.
@@ -499,6 +500,7 @@ class Scene(Overview):
     command_delays: tuple[tuple[str, float], ...] = field(default=(), metadata=LATER)
     imperfections: tuple[tuple[str, Imperfection], ...] = field(default=(), metadata=LATER)
     randomize: tuple[Randomization, ...] = field(default=(), metadata=LATER)
+    drives: tuple[MountedDrive, ...] = field(default=(), metadata=LATER)
 
     def __post_init__(self) -> None:
         require_fields(self, "the scene")

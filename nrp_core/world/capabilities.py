@@ -72,7 +72,7 @@ class WorldCapabilities:
         for model in scene.models if not self.own_scene else ():
             if not (self.dynamics or model.static or model.drives):
                 return immovable(model.name)
-            for drive in model.drives:
+            for drive in (*model.drives, *scene.drives):
                 if lacking := [need for need in drive.needs if not getattr(self, need)]:
                     return no_drive(model.name, drive.name, lacking[0])
             for joint in model.joints if self.dynamics and not model.static else ():

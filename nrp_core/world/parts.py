@@ -106,7 +106,7 @@ def parts_of(model: Model, engine: Engine) -> Iterator[Part]:
             yield sensor.part(model, link.name, engine)
         for visual in link.visuals:
             yield ColorPart(f"{model.name}/{link.name}/{visual.name}", visual.rgba, visual.glows, engine)
-    for drive in model.drives:
+    for drive in (*model.drives, *engine.scene.drives):
         if not isinstance(drive, Drive):
             raise _type_error(f"drive '{drive.name}' of '{model.name}'", drive, Drive)
         yield drive.part(model, engine)

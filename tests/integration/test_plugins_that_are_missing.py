@@ -12,9 +12,11 @@ from nrp_core.cli import app
 from nrp_core.errors import ExperimentError, NetworkError, NrpError, UnknownBackendError
 from nrp_core.experiment.making.maker import network_from
 from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.findings import Code
 from nrp_core.network.files.script import load_network
 from nrp_core.pynn.__main__ import main
 from nrp_core.running import open_run
+from nrp_core.scene.sdf import read_model
 
 
 @pytest.fixture(autouse=True)
@@ -51,6 +53,17 @@ def test_an_experiment_that_names_the_platform(tmp_path: Path) -> None:
     with pytest.raises(ExperimentError) as caught:
         load_experiment(path)
     assert requires(caught.value, "nrp-legacy")
+
+
+def test_a_plugin_of_a_robot(tmp_path: Path) -> None:
+    path = tmp_path / "robot.sdf"
+    path.write_text(
+        '<sdf version="1.9"><model name="r"><link name="l"/><plugin name="gz::sim::systems::Thruster" '
+        'filename="gz-sim-thruster-system"/></model></sdf>'
+    )
+    (finding,) = (each for each in read_model(path).warnings if each.subject == "Thruster")
+    assert finding.code is Code.NRP260
+    assert "nrp-medium" in finding.message
 
 
 @pytest.mark.parametrize(

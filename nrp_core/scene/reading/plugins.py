@@ -126,6 +126,8 @@ def warn_of_plugin(plugin: Element, reading: Reading) -> None:
     name = plugin_name(plugin)
     if name not in _INFRASTRUCTURE:
         message = f"the plugin '{name}' is unknown and has no effect"
+        if (distribution := DRIVES.distribution_with(name)) and name not in DRIVES.names():
+            message = f"the plugin '{name}' has no effect: it is in {distribution}, which is not installed"
         reading.notes.warn(plugin, Code.NRP260, message, subject=name)
 
 
@@ -338,6 +340,8 @@ def _once(controllers: Sequence[JointController]) -> tuple[JointController, ...]
 class DriveReader(Protocol):
     """The class of a drive for readers, a :class:`nrp_core.world.drives.drive.Drive`."""
 
+    of_world: bool
+
     def read_plugin(self, plugin: Element, model: ModelParts, reading: Reading) -> MountedDrive:
         """Read a ``<plugin>`` of a model."""
 
@@ -358,6 +362,19 @@ def read_actuators(plugin: Element, model: ModelParts, reading: Reading) -> Actu
         return Actuators((drive.read_plugin(plugin, model, reading),))
     controllers = find_registered(CONTROLLERS, plugin_name(plugin), plugin)
     return None if controllers is None else controllers(plugin, model, reading)
+
+
+def read_world_drives(plugins: Iterable[Element], reading: Reading) -> tuple[MountedDrive, ...]:
+    """Return the drives that the plugins of a ``<world>`` declare; others cause a warning."""
+    drives = []
+    for plugin in plugins:
+        drive = find_registered(DRIVES, plugin_name(plugin), plugin)
+        if drive is not None and drive.of_world:
+            drives.append(drive.read_plugin(plugin, ModelParts((), ()), reading))
+            check_parameters(plugin, reading.notes)
+        else:
+            warn_of_plugin(plugin, reading)
+    return tuple(drives)
 
 
 LABEL = "Label"

@@ -25,7 +25,7 @@ from nrp_core.scene.model import (
     Tie,
 )
 from nrp_core.scene.reading.context import Element, Notes, Reading
-from nrp_core.scene.reading.plugins import warn_of_plugin
+from nrp_core.scene.reading.plugins import read_world_drives
 from nrp_core.scene.rigid import Pose, Vector
 from nrp_core.scene.sdf.appearance import read_light
 from nrp_core.scene.sdf.frames import Frames, Placed, read_placed, read_pose
@@ -253,8 +253,7 @@ def read_world(world: Element, source: SdfFile, reading: Reading) -> Scene:
     Raises:
         SceneError: an element of it cannot be used.
     """
-    for plugin in world.all("plugin"):
-        warn_of_plugin(plugin, reading)
+    drives = read_world_drives(world.all("plugin"), reading)
     state = StateChanges.read(world.all("state"), reading.notes)
     placed = [
         thing
@@ -274,7 +273,7 @@ def read_world(world: Element, source: SdfFile, reading: Reading) -> Scene:
     ]
     shaped = with_static_shapes(models, partial(reading.notes.warn, world))
     earth = read_surroundings(world, reading.notes)
-    return Scene(shaped, tuple(lights), _gravity(world), (), _step_s(world), earth, ties)
+    return Scene(shaped, tuple(lights), _gravity(world), (), _step_s(world), earth, ties, drives=drives)
 
 
 def _models(

@@ -35,6 +35,7 @@ class Ackermann(Drive):
     tag: ClassVar[str] = "ackermann"
     components: ClassVar[tuple[str, ...]] = ("linear.x", "angular.z")
     joint_fields: ClassVar[tuple[str, ...]] = ("left", "right", "steering")
+    servo_fields: ClassVar[tuple[str, ...]] = ("steering",)
 
     left: tuple[str, ...]
     right: tuple[str, ...]

@@ -40,11 +40,13 @@ class Drive(MountedDrive, ABC):
 
     Attributes:
         components: the components of a Twist that command it; empty for a drive with other commands.
+        of_world: whether the plugin stands in a ``<world>``, too; the drive then acts on every model.
     """
 
     __slots__ = ()
 
     components: ClassVar[tuple[str, ...]] = ()
+    of_world: ClassVar[bool] = False
 
     @classmethod
     @abstractmethod

@@ -17,16 +17,15 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core._support.small_matrices import product
 from nrp_core.scene.model import Model
 from nrp_core.scene.rigid import ServoTarget
-from nrp_core.world.drives.ackermann import Ackermann
 from nrp_core.world.engine_kit.elimination import solve
 
 
 def servoed_joints(model: Model) -> tuple[str, ...]:
     """Return the joints of a model that have a servo."""
     controlled = [controller.joint for controller in model.controllers]
-    steered = [joint for drive in model.drives if isinstance(drive, Ackermann) for joint in drive.steering]
     followed = [joint for each in model.leaders for joint in each.joints]
-    return tuple(dict.fromkeys([*controlled, *followed, *steered]))
+    led = [joint for drive in model.drives for field in drive.servo_fields for joint in getattr(drive, field)]
+    return tuple(dict.fromkeys([*controlled, *followed, *led]))
 
 
 class ExplicitServos:
