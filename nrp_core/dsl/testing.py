@@ -190,7 +190,9 @@ class MockEngine(Engine):
         capabilities = WorldCapabilities(
             step_ns,
             renderers=self.renderers,
+            links=True,
             contacts=True,
+            joint_control=True,
             ball_joints=True,
             ball_control=True,
             coupled_joints=True,
@@ -211,6 +213,10 @@ class MockEngine(Engine):
 
     def _do_model_motion(self, model: str) -> ModelMotion:
         return ModelMotion(self.scene.model(model).pose)
+
+    def _do_link_motion(self, model: str, link: str) -> ModelMotion:
+        owner = self.scene.model(model)
+        return ModelMotion(owner.pose @ owner.link(link).pose)
 
     def _do_joint_states(self, model: str) -> JointStates:
         names = tuple(name for joint in self.scene.model(model).joints for name in joint.coordinates)

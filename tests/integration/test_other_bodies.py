@@ -20,6 +20,7 @@ SHORT = {
     "slalom_pioneer": ("duration=26 s",),
     "slalom_pioneer/trained": (),
     "walking_hexapod": ("duration=9 s",),
+    "hovering_quadrotor": ("duration=6 s",),
     "following_head": ("duration=6 s", "world.options.image_scale=0.2"),
 }
 
