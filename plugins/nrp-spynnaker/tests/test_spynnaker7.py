@@ -138,11 +138,11 @@ def test_parameters_are_set_by_name_and_in_lists(tmp_path: Path) -> None:
     script = run(
         tmp_path,
         HEAD + "cells = p.Population(2, p.IF_curr_exp, {})\ncells.set('tau_m', 5.0)\ncells.set({'cm': 0.5})\n"
-        "cells.tset('i_offset', [[0.1], [0.2]])\ncells.rset('tau_refrac', 3.0)\n"
+        "cells.tset('i_offset', [[0.1], [0.2]])\ncells.rset('tau_refrac', 3.0)\ncells.tset(tau_syn_E=7.0)\n"
         "cells.initialize('v', -61.0)\np.initialize(cells, 'v', -62.0)\np.set(cells, 'v_reset', -66.0)\n"
-        "found = cells.get(['tau_m', 'cm', 'i_offset', 'tau_refrac', 'v_reset'])\n",
+        "found = cells.get(['tau_m', 'cm', 'i_offset', 'tau_refrac', 'v_reset', 'tau_syn_E'])\n",
     )  # fmt: skip
-    expected = {"tau_m": 5.0, "cm": 0.5, "tau_refrac": 3.0, "v_reset": -66.0}
+    expected = {"tau_m": 5.0, "cm": 0.5, "tau_refrac": 3.0, "v_reset": -66.0, "tau_syn_E": 7.0}
     assert {name: list(script.found[name]) for name in expected} == {n: [v] * 2 for n, v in expected.items()}
     assert list(script.found["i_offset"]) == [0.1, 0.2]
     assert script.cells.initial_arrays["v"].tolist() == [-62.0, -62.0]

@@ -374,9 +374,10 @@ class Population(_Cells, populations.Population):
         """Set a parameter of all cells."""
         self.set(**{parametername: rand_distr})
 
-    def tset(self, parametername: str, value_array: Any) -> None:
-        """Set a parameter of each cell."""
-        self.set(**{parametername: np.ravel(value_array)})
+    def tset(self, parametername: str = "", value_array: Any = None, **parameters: Any) -> None:
+        """Set a parameter of each cell; or parameters by name, as in sPyNNaker8."""
+        more = {parametername: np.ravel(value_array)} if parametername else {}
+        self.set(**parameters, **more)
 
     def randomInit(self, rand_distr: Any) -> None:  # noqa: N802
         """Set the initial voltages."""
