@@ -125,3 +125,21 @@ def test_a_wing_in_a_flow_has_the_force_of_its_coefficients(open_world, sideways
     )
     x, y, z = np.subtract(world.model_motion("body").linear, (10.0, sideways, -1.0)) / 0.002
     assert (x, y, z + G) == pytest.approx((force[0] / 5, 0, force[1] / 5), rel=1e-6, abs=1e-9)
+
+
+def test_engines_agree_on_a_flight_to_a_millimetre(open_in):
+    ends = []
+    for engine in ("mujoco", "pybullet"):
+        world = open_in(engine, quadrotor())
+        spin(world, 1.02 * HOVER, 1.02 * HOVER, 1.05 * HOVER, 1.01 * HOVER, seconds=0.8)
+        ends.append(world.model_motion("quad").pose)
+    assert np.linalg.norm(np.subtract(ends[0].position, (0, 0, 5))) > 0.1
+    assert ends[0].position == pytest.approx(ends[1].position, abs=1e-3)
+    assert ends[0].rpy == pytest.approx(ends[1].rpy, abs=1e-3)
+
+
+def test_a_wing_without_a_direction_has_no_forces(open_world):
+    still = wing("0 0 0", 0.1, AREA).replace("<cla>", "<forward>0 0 0</forward><cla>")
+    world = open_world(model(link("base", 5.0, (1, 1, 1)) + still))
+    run(world, 0.1)
+    assert world.model_motion("body").linear == pytest.approx((0, 0, -G * 0.1))

@@ -150,7 +150,8 @@ class LiftDrag(Immersed):
         area: m^2.
         density: of the medium, kg/m^3.
         centre: of pressure, in the frame of the link, m.
-        forward, upward: unit vectors of the chord and of the lift, in the frame of the link.
+        forward, upward: unit vectors of the chord and of the lift, in the frame of the link; without a
+            forward direction there are no forces.
         radial: whether the lift is towards the flow, as on a body of revolution.
         reversible: whether flow from behind acts, too.
         surface: lift and moment for each radian of the control surface.
@@ -180,6 +181,8 @@ class LiftDrag(Immersed):
         joint = plugin.find("control_joint_name")
         centre = plugin.find("cp")
         x, y, z = centre.numbers(3) if centre else usual.centre
+        ahead = plugin.find("forward")
+        still = ahead is not None and not any(ahead.numbers(3))  # files switch a wing off like this
 
         def slopes(letter: str, by_default: tuple[float, float]) -> tuple[float, float]:
             first, stalled = by_default
@@ -198,7 +201,7 @@ class LiftDrag(Immersed):
             plugin.number("area", usual.area),
             plugin.number("air_density", usual.density),
             (x, y, z),
-            plugin.direction("forward", usual.forward),
+            (0.0, 0.0, 0.0) if still else plugin.direction("forward", usual.forward),
             plugin.direction("upward", usual.upward),
             plugin.flag("radial_symmetry", False),
             plugin.flag("reversible", False),

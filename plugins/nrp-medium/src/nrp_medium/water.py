@@ -67,6 +67,7 @@ class Thruster(Immersed):
         usual = cls("", "")
         joint = model.joint(plugin.require("joint_name"))
         link = next(each for each in model.links if each.name == joint.child)
+        plugin.find("velocity_control")  # the joint always follows, whatever controls it
         by_speed, space = plugin.flag("use_angvel_cmd", False), plugin.word("namespace", reading.robot)
         own = plugin.word("topic")
         base = f"/{space}/{own}" if own else f"/model/{space}/joint/{joint.name}"
@@ -187,6 +188,7 @@ class Hydrodynamics(Immersed):
         """Read a ``Hydrodynamics``: its derivatives are those of SNAME 1950, the negatives of A and D."""
         link = model.link(plugin.require("link_name")).name
         space = plugin.word("namespace")
+        plugin.find("water_density")  # which Gazebo does not use either
         added, linear = np.zeros((6, 6)), np.zeros((6, 6))
         terms: dict[str, list[tuple[int, int, int, float]]] = {"abs": [], "": []}
         for child in list(plugin.children):
