@@ -76,9 +76,7 @@ def noise_of(section: Element, reading: Reading) -> Noise:
         reading.notes.warn(noise, Code.NRP262, message, subject=kind)
         noise.passed_over = True
         return Noise()
-    given = _numbers_of(noise)
-    if kind == "gaussian_quantized":
-        given = replace(given, precision=noise.number("precision", 0.0))
+    given = _numbers_of(noise)  # Gazebo rounds whatever the type is
     if kind == "none" and given:
         message = (
             "this <noise> has numbers and is of the type none: there is no noise; write <type>gaussian</type>"
@@ -89,6 +87,7 @@ def noise_of(section: Element, reading: Reading) -> Noise:
 
 _OF_NOISE = (
     "mean", "stddev", "bias_mean", "bias_stddev", "dynamic_bias_stddev", "dynamic_bias_correlation_time",
+    "precision",
 )  # fmt: skip
 """The elements of a ``<noise>`` in the order of the fields of :class:`Noise`."""
 

@@ -64,8 +64,8 @@ NOT_SIMULATED: Final = _defaults(
 )
 """Other elements of SDF that have an effect in Gazebo and are not simulated, with their defaults."""
 _SILENT: Final = frozenset(
-    {"world/audio", "world/gui", "world/scene", "visual/meta", "heightmap/texture", "heightmap/blend",
-     "heightmap/use_terrain_paging", "heightmap/sampling", "link/audio_sink", "sdf/state",
+    {"world/audio", "world/gui", "world/scene", "visual/meta", "light/specular", "heightmap/texture",
+     "heightmap/blend", "heightmap/use_terrain_paging", "heightmap/sampling", "link/audio_sink", "sdf/state",
      "model/disableFixedJointLumping", "joint/disableFixedJointLumping", "joint/preserveFixedJoint"}
 )  # fmt: skip
 """Elements about programs and pictures of Gazebo that nearly all rooms have, and that change no robot."""

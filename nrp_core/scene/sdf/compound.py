@@ -158,6 +158,7 @@ def ball(joint: Joint, element: Element, _: Frames, __: tuple[int, int], reading
     """Read a ``ball`` joint; its damping and friction act about every axis."""
     axis = element.section("axis")
     axis.pass_over("xyz", "limit")
+    axis.section("dynamics").pass_over("spring_reference")
     if axis.section("dynamics").number("spring_stiffness", 0.0):
         reading.notes.warn(axis, Code.NRP383, "a <spring_stiffness> of a ball joint is not simulated")
     return (with_dynamics(replace(joint, kind="ball"), axis),)

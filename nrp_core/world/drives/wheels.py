@@ -296,17 +296,23 @@ def _limits_in(plugin: Element, direction: str) -> SpeedLimits:
     )
 
 
+_VARIANCES = {
+    "gazebo_ros_diff_drive": (1e-5, 1e-5, 1e-3),
+    "gazebo_ros_skid_steer_drive": (1e-4, 1e-4, 1e-2),
+}
+"""The variances of x, y and yaw in the odometry of Gazebo's plugins for ROS whose files give none."""
 _UNKNOWN_VARIANCE = 1e12
 """What Gazebo's plugins give for directions in which a drive does not move."""
 
 
 def _variances_in(plugin: Element) -> tuple[float, ...]:
-    """Return the variances that Gazebo's plugin for ROS 2 is given; none without them."""
+    """Return the variances of Gazebo's plugins for ROS, which a file may set; none for other plugins."""
+    usual = _VARIANCES.get(plugin_name(plugin), ())
     tags = "covariance_x", "covariance_y", "covariance_yaw"
-    given = [plugin.find(tag) for tag in tags]  # each is asked for
-    if not any(given):
+    given = [plugin.number(tag, default) for tag, default in zip(tags, usual, strict=False)]
+    if not given:
         return ()
-    x, y, yaw = map(plugin.number, tags, (1e-5, 1e-5, 1e-3))
+    x, y, yaw = given
     return x, y, _UNKNOWN_VARIANCE, _UNKNOWN_VARIANCE, _UNKNOWN_VARIANCE, yaw
 
 

@@ -65,6 +65,8 @@ _BENT = ("k1", "k2", "k3", "p1", "p2")
 _DEPTH_ALONE = ("depth", "depth_camera")
 """The types of cameras whose images are depths: Gazebo has these on the topic of the sensor."""
 _DEPTH = (*_DEPTH_ALONE, "rgbd", "rgbd_camera")
+_WIDE = ("type", "scale_to_hfov", "custom_function", "cutoff_angle", "env_texture_size")
+"""The elements of a ``<lens>`` that only a wide-angle camera has."""
 _DEPTH_PLUGINS = ("gazebo_ros_openni_kinect", "gazebo_ros_depth_camera")
 
 
@@ -122,9 +124,11 @@ class Camera(Sensor):
         """Read a ``<sensor>`` with a ``<camera>``; ``fov`` (rad) replaces the field of view in the file."""
         camera = sensor.require("camera")
         width, height = _size(sensor, camera.section("image"), reading)
-        fov = _field_of(camera, width, height, reading) if fov is None else fov
         is_deep = sensor.attribute("type") in _DEPTH_ALONE
         own = camera.section("depth_camera").find("clip") if is_deep else None
+        if fov is None:
+            camera.section("lens").pass_over(*_WIDE)
+            fov = _field_of(camera, width, height, reading)
         near, far = _clip(own or camera.section("clip"))
         given = [each for each in camera.section("distortion").all(*_BENT) if each.text.strip("+-0. ")]
         if given:

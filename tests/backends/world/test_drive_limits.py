@@ -154,3 +154,40 @@ def test_odometry_has_the_covariances_of_the_file(robot, open_world, advance) ->
     assert [pose[7 * row] for row in range(6)] == [0.1, 0.2, 0.0, 0.0, 0.0, 0.3]
     assert sum(pose) == pytest.approx(0.6)
     assert set(twist) == {0.0}
+
+
+SDF_ROBOT = """<sdf version="1.9"><model name="r"><link name="base"><inertial><mass>5</mass></inertial></link>
+{wheels}<plugin name="d" filename="lib{file}.so">{joints}<wheelSeparation>0.4</wheelSeparation>
+<wheelDiameter>0.2</wheelDiameter>{more}</plugin></model></sdf>"""
+
+
+@pytest.mark.parametrize(
+    ("file", "more", "variances"),
+    [
+        ("gazebo_ros_diff_drive", "", (1e-5, 1e-5, 1e-3)),
+        ("gazebo_ros_diff_drive", "<covariance_yaw>0.2</covariance_yaw>", (1e-5, 1e-5, 0.2)),
+        ("gazebo_ros_skid_steer_drive", "", (1e-4, 1e-4, 1e-2)),
+    ],
+)
+def test_drives_of_ros_have_the_usual_covariances_of_their_plugins(
+    file, more, variances, open_world, advance, tmp_path
+) -> None:
+    sides = {"left": 0.2, "right": -0.2}
+    ends = ("Front", "Rear") if "skid" in file else ("",)
+    names = {f"{side}{end}Joint": y for side, y in sides.items() for end in ends}
+    wheels = "".join(
+        f'<link name="{name}_w"><pose>0 {y} 0 0 0 0</pose><inertial><mass>1</mass></inertial></link>'
+        f'<joint name="{name}" type="revolute"><parent>base</parent><child>{name}_w</child>'
+        "<axis><xyz>0 1 0</xyz></axis></joint>"
+        for name, y in names.items()
+    )
+    joints = "".join(f"<{name}>{name}</{name}>" for name in names)
+    (tmp_path / "r.sdf").write_text(SDF_ROBOT.format(wheels=wheels, file=file, joints=joints, more=more))
+    model = read_model(tmp_path / "r.sdf")
+    world = open_world(model)
+    odometry = world.subscribe(drive(model).odometry_topic)
+    advance(world, 0.1)
+    message = odometry.latest.message
+    for covariance in (message.pose.covariance, message.twist.covariance):
+        assert [covariance[7 * row] for row in (0, 1, 5)] == list(variances)
+        assert {covariance[7 * row] for row in (2, 3, 4)} == {1e12}
