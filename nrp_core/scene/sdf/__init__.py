@@ -77,6 +77,8 @@ def read_model(
     (placed,) = models
     own = replace(reading, robot=name or placed.name)
     parts = read_parts(placed, own, static=placed.static)
+    for each in (placed.element, placed.user):
+        each.pass_over("pose", "placement_frame")  # which another pose may replace
     stands = pose or placed.pose(WORLD, parts.frames)[0]
     (model,) = with_static_shapes(
         [build_model(placed, parts, own.robot, stands, own)], partial(reading.notes.warn, placed.element)

@@ -239,7 +239,8 @@ class Placed:
             default: the frame that the pose is relative to by default.
             own: the frames of the model, one of which may be the placement frame.
         """
-        placing = self.user if self.user.find("pose") else self.element
+        placed = [each for each in (self.user, self.element) if each.find("pose")]  # each is asked for it
+        placing = placed[0] if placed else self.element
         pose, relative_to = read_pose(placing, default)
         anchor = self.user.word("placement_frame") or self.element.attributes.get("placement_frame")
         if anchor and own:

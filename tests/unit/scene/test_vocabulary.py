@@ -12,6 +12,7 @@ import pytest
 from nrp_core import read_model, read_scene
 from nrp_core.errors import SceneError
 from nrp_core.findings import Level
+from nrp_core.scene.rigid import Pose
 
 _SHIPPED = Path(nrp_experiments.__path__[0])
 _FREE = ("plugin",)
@@ -85,6 +86,16 @@ def test_every_misspelt_element_and_attribute_of_a_shipped_file_is_reported(
             silent.append(what)
     assert tried > 20
     assert silent == []
+
+
+def test_a_pose_that_another_replaces_is_not_reported(tmp_path: Path) -> None:
+    robot, room = tmp_path / "robot.sdf", tmp_path / "room.sdf"
+    link = '<link name="l"><inertial><mass>1</mass></inertial></link>'
+    robot.write_text(f'<sdf version="1.9"><model name="m"><pose>0 0 1 0 0 0</pose>{link}</model></sdf>')
+    assert read_model(robot, pose=Pose((1.0, 0.0, 0.0))).warnings == ()
+    include = "<include><uri>robot.sdf</uri><pose>2 0 0 0 0 0</pose></include>"
+    room.write_text(f'<sdf version="1.9"><world name="w">{include}</world></sdf>')
+    assert read_scene(room).warnings == ()
 
 
 _WORLD = '<sdf version="1.9"><world name="w">{}<model name="m"><static>1</static>{}</model></world></sdf>'
