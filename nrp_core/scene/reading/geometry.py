@@ -260,7 +260,7 @@ def _mesh(shape: Element, form: Form, reading: Reading, *, alone: bool, hollow: 
         if not subject:
             subject = uri.text
             message = f"the mesh '{subject}' {error.message}: replaced by a simple shape"
-        alike = "missing mesh" if reading.resources.find(uri) is None else ""
+        alike = "missing mesh" if reading.resources.find(uri) is None else f"mesh {error.message}"
         reading.notes.warn(uri, Code.NRP258, message, subject=subject, alike=alike)
         return []
     if pieces[0].left_out:

@@ -153,7 +153,7 @@ def with_default_masses(
         elif not rigid[link.name] & settled:
             used = f"{light:.2g} kg" if light else "SDF's default, 1 kg, is used"
             message = f"the link '{link.name}' moves but has no mass: {used}"
-            notes.warn(element, Code.NRP384, message, subject=link.name)
+            notes.warn(element, Code.NRP384, message, subject=link.name, alike="moves without mass")
             settled.add(link.name)
             inertial = like_shape(_BALL, Inertial(light)) if light else Inertial(1.0)
             result.append(replace(link, inertial=inertial))

@@ -46,7 +46,8 @@ def read_transmission(transmission: Element, joints: Collection[str], notes: Not
         if (joint_name := joint.attribute("name")) not in joints:
             message = f"the <transmission> '{name}' is of a joint '{joint_name}' that the model does not have"
             hint = did_you_mean(joint_name, joints)
-            notes.warn(joint, Code.NRP265, f"{message}{hint}: it commands nothing", subject=joint_name)
+            message += f"{hint}: it commands nothing"
+            notes.warn(joint, Code.NRP265, message, subject=joint_name, alike="transmission without joint")
             continue
         # older files have the interface in the actuator
         named = joint.all("hardwareInterface") or [

@@ -342,3 +342,14 @@ def test_names_of_meshes_may_be_quoted_or_of_windows(tmp_path: Path, name: str) 
     shape = f'<visual><geometry><mesh filename="{name}"/></geometry></visual>'
     (tmp_path / "arm.urdf").write_text(f'<robot name="arm"><link name="base">{MASS}{shape}</link></robot>')
     assert read_model(tmp_path / "arm.urdf").warnings == ()
+
+
+def test_meshes_of_types_that_are_not_read_are_one_finding(tmp_path: Path) -> None:
+    shape = "<visual><geometry><mesh filename='{}.ply'/></geometry></visual>"
+    for name in "ab":
+        (tmp_path / f"{name}.ply").write_text("ply")
+    (tmp_path / "hand.urdf").write_text(
+        f'<robot name="hand"><link name="base">{MASS}{shape.format("a")}{shape.format("b")}</link></robot>'
+    )
+    (found,) = read_model(tmp_path / "hand.urdf").warnings
+    assert "b.ply" in found.message
