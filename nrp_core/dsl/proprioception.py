@@ -27,6 +27,8 @@ from nrp_core.messages.nrp_msgs import MuscleStates
 from nrp_core.messages.std_msgs import Float64MultiArray
 
 Afferent = Literal["Ia", "II", "Ib"]
+_ALMOST_ALWAYS = 0.9
+"""A share of samples."""
 
 
 @checks_arguments()
@@ -124,9 +126,12 @@ class AfferentRates(NamedTuple):
     samples: int = 0
 
     def limited(self) -> dict[str, str]:
-        """Return the muscles whose rate was at a limit in most samples, each with the limit."""
-        most = self.samples / 2
-        ends = (("0", self.lowest), ("the highest", self.highest))
+        """Return the muscles whose rate was at a limit almost always, each with the limit.
+
+        Rates that are 0 while a muscle shortens, as for half of a movement, are as they should be.
+        """
+        most = _ALMOST_ALWAYS * self.samples
+        ends = (("0", self.lowest), ("at its highest", self.highest))
         shares = {end: np.broadcast_to(count, len(self.muscles)) for end, count in ends}
         found = ((n, end) for end, each in shares.items() for n in np.flatnonzero(each > most).tolist())
         return {self.muscles[n]: end for n, end in found}

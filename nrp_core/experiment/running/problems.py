@@ -120,20 +120,16 @@ def _unlikely_rates(functions: Iterable[TransferFunction], *, is_over: bool) -> 
 
 
 def _limited_afferents(functions: Iterable[TransferFunction]) -> Iterator[Finding]:
-    """Yield a finding for each group of muscles with afferents whose rate was at a limit most of the time."""
+    """Yield a finding for each group of muscles with afferents whose rate was at a limit almost always."""
     for function in functions:
         for adapter in function.adapters.values():
             rates = adapter.value if isinstance(adapter, Variable) else None
             limited = rates.limited() if isinstance(rates, AfferentRates) else {}
             if rates is not None and limited:
                 first, others = next(iter(limited)), len(limited) - 1
-                also = f", and of {others} more of {len(rates.muscles)} muscles at a limit" if others else ""
-                message = (
-                    f"the {rates.kind} rate of '{first}' was at {limited[first]} most of the time{also}: it "
-                    "tells the brain nothing about the movement"
-                )
-                path, line = Path(function.place.path), function.place.line
-                yield Finding(Code.NRP297, message, Level.NOTE, path, line, subject=function.name)
+                also = f", as those of {others} more of {len(rates.muscles)} muscles" if others else ""
+                message = f"the {rates.kind} rate of '{first}' was {limited[first]} almost all the time{also}"
+                yield Finding(Code.NRP297, message, Level.NOTE, subject=function.name)
 
 
 def _find_nan(functions: Iterable[TransferFunction], now_ns: int) -> Iterator[Finding]:

@@ -88,14 +88,14 @@ def test_tendon_organs_with_a_threshold_are_silent_below_it():
     assert organ.static([0.1, 0.2, 0.6]).tolist() == pytest.approx([0.0, 0.0, 100.0])
 
 
-def test_muscles_whose_rate_is_mostly_at_a_limit_are_known():
+def test_muscles_whose_rate_is_almost_always_at_a_limit_are_known():
     memory = AfferentRates("II", ("m",), None, 0.0)
-    for n in range(10):
-        seen = states(0.3 if n < 6 else 1.0, 0.0, 0.0, optimal=0.1, force=1.0)
+    for n in range(20):
+        seen = states(0.3 if n else 1.0, 0.0, 0.0, optimal=0.1, force=1.0)
         _, memory = _rates(NormalizedSpindle(ii_emg=0.0), seen, np.array([0]), None, memory, 0.01 * n)
-    assert (memory.samples, memory.lowest.tolist(), memory.limited()) == (10, [6], {"m": "0"})
-    assert AfferentRates("Ib", ("m", "n"), None, 0.0, 0, np.array([2, 6]), 10).limited() == {
-        "n": "the highest"
+    assert (memory.samples, memory.lowest.tolist(), memory.limited()) == (20, [19], {"m": "0"})
+    assert AfferentRates("Ib", ("m", "n"), None, 0.0, 0, np.array([6, 10]), 10).limited() == {
+        "n": "at its highest"
     }
     assert not AfferentRates("Ia", ("m",), None, 0.0).limited()
 
