@@ -178,11 +178,14 @@ class Codec:
         self._store.register(_parsed(text, name))
         self._adopt(name)
 
-    def compose(self, name: str, fields: Sequence[MessageField]) -> None:
-        """Add or replace a type by its fields; the names of services and actions fit no definition."""
+    def compose(self, name: str, fields: Sequence[MessageField], like: str | None = None) -> None:
+        """Add or replace a type by its fields, with the constants of a type ``like`` it.
+
+        Unlike in :meth:`define`, the name may be that of a part of a service or action.
+        """
+        constants = [] if like is None else self._store.fielddefs[like][0]
         self._store.fielddefs.pop(name, None)
-        kinds = [(field.name, _field_kind(field)) for field in fields]
-        self._store.register({name: ([], kinds)})
+        self._store.register({name: (constants, [(field.name, _field_kind(field)) for field in fields])})
 
     def name(self, cls: type) -> str:
         """Return the full type name of a message class.

@@ -124,6 +124,8 @@ class _File:
             return Actuators((self.drive(name) if kind[0] == "D" else self.mecanum(name),))
         if kind in _KINDS:
             return Actuators(controllers=tuple(self.controller(name, _KINDS[kind])))
+        if kind == "GripperActionController":
+            return Actuators(controllers=tuple(self.controller(name, "position", "gripper_cmd")))
         if kind == _FORWARD or kind in _GROUPS:
             return Actuators(group_controllers=tuple(self.group(name, _GROUPS.get(kind))))
         if kind and kind not in _TELLING:
@@ -145,10 +147,12 @@ class _File:
             name[-1], topics[0], joints, gains, (), topics[1], rate_hz or 50.0, holds=True
         )
 
-    def controller(self, name: tuple[str, ...], kind: ControllerKind) -> Iterator[JointController]:
-        """Yield the controllers of the single joints of a controller with a name."""
+    def controller(
+        self, name: tuple[str, ...], kind: ControllerKind, end: str = "command"
+    ) -> Iterator[JointController]:
+        """Yield the controllers of single joints of a controller; ``end`` is that of their topic."""
         for joint in self._led_joints([self.entries[name].get("joint")]):
-            topic, gains = self._topic(name, "command"), self._gains((*name, "pid"))
+            topic, gains = self._topic(name, end), self._gains((*name, "pid"))
             yield JointController(joint, kind, topic, gains, holds=kind == "position")
 
     def group(self, name: tuple[str, ...], kind: ControllerKind | None) -> Iterator[GroupController]:

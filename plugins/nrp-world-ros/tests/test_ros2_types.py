@@ -170,6 +170,16 @@ def test_a_node_finds_messages_that_ros_lacks() -> None:
 
 
 @needs_ros2
+def test_a_message_that_cannot_be_encoded_is_not_sent(capfd: pytest.CaptureFixture[str]) -> None:
+    from rclpy.serialization import serialize_message
+
+    cls = RosTypes(Codec()).make("gazebo_msgs/msg/ModelState")
+    with pytest.raises((SystemError, RuntimeError)):
+        serialize_message(cls(model_name=3))
+    assert "gazebo_msgs/msg/ModelState" in capfd.readouterr().err
+
+
+@needs_ros2
 def test_an_unknown_type_is_refused() -> None:
     with pytest.raises(TopicError):
         RosTypes(Codec()).make("gazebo_msgs/srv/Nothing")

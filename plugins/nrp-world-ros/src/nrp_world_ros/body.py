@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from nrp_core.world import Publication, World
 
-from nrp_world_ros.bridge import Bridge
+from nrp_world_ros.bridge import PLAIN, Bridge, Style
 from nrp_world_ros.node import Node
 from nrp_world_ros.timekeeping import DONE, GO, Sent, Turn, Turns
 
@@ -39,14 +39,17 @@ class Body:
         node: in ROS.
         tell: receives warnings, also when no ROS node is found; None: a node exists that calls no
             services.
+        style: of the messages.
 
     Attributes:
         bridge: its topics in ROS.
     """
 
-    def __init__(self, world: World, node: Node, tell: Callable[[str], None] | None = None) -> None:
+    def __init__(
+        self, world: World, node: Node, tell: Callable[[str], None] | None = None, style: Style = PLAIN
+    ) -> None:
         self._world, self._node = world, node
-        self.bridge = Bridge(world, node, Publications(world), tell)
+        self.bridge = Bridge(world, node, Publications(world), tell, style)
 
     def run(self, until_ns: int | None, period_ns: int, pacing: Pacing) -> None:
         """Run for some time.

@@ -6,19 +6,22 @@ import time
 from collections.abc import Callable, Collection
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from queue import Empty, Full, Queue
 from typing import Any
 
 from nrp_core.errors import NrpError, SceneError, TopicError
 from nrp_core.messages.base import Time
+from nrp_core.messages.geometry_msgs import Twist
 from nrp_core.world import Closing, Code, Direction, Findings, Scene, Stamped, Subscription, TopicInfo, World
 
 from nrp_world_ros.frames import TF, TF_STATIC, Frames
 from nrp_world_ros.node import PATIENCE_S, Node, Publisher, ros_type
 from nrp_world_ros.timekeeping import CLOCK, Sent
 from nrp_world_ros.urdf import described, urdf
+
+TwistStamped = ros_type("geometry_msgs/msg/TwistStamped")
 
 _PATIENCE_S = 5.0
 """Time in which nodes that run already have found this one, s."""
@@ -153,6 +156,40 @@ _DEPTH = 256
 Publish = Callable[[str, Any], None]
 
 
+@dataclass(frozen=True, slots=True)
+class Style:
+    """What a program in ROS expects of the messages.
+
+    Args:
+        stamped: whether it sends ``TwistStamped`` to drives.
+        bare: the robot whose frames it knows without the prefix ``robot/``.
+    """
+
+    stamped: bool = False
+    bare: str | None = None
+
+    def frame(self, name: str) -> str:
+        """Return the name of a frame."""
+        return name if self.bare is None else name.removeprefix(f"{self.bare}/")
+
+    def message(self, message: Any) -> Any:
+        """Return a message with these names of frames."""
+        header = getattr(message, "header", None)
+        if self.bare is None or header is None:
+            return message
+        child = (
+            {"child_frame_id": self.frame(message.child_frame_id)}
+            if hasattr(message, "child_frame_id")
+            else {}
+        )
+        return replace(message, header=replace(header, frame_id=self.frame(header.frame_id)), **child)
+
+
+PLAIN = Style()
+UNSTAMPED = "_unstamped"
+"""The end of the topic of a drive whose controller also takes ``TwistStamped``, on a topic without it."""
+
+
 @dataclass(slots=True)
 class Outlet:
     """A topic published in ROS, and its subscription in the world."""
@@ -173,6 +210,7 @@ class Bridge(Closing):
         publish: publishes a message in the world.
         tell: receives warnings, also when no ROS node is found; None: a node exists that calls no
             services.
+        style: of the messages.
 
     Attributes:
         left: topics whose subscriber has announced that it does not need more messages.
@@ -181,9 +219,11 @@ class Bridge(Closing):
     """
 
     def __init__(
-        self, world: World, node: Node, publish: Publish, tell: Callable[[str], None] | None = None
-    ) -> None:
-        self._world, self._node, self._publish = world, node, publish
+        self, world: World, node: Node, publish: Publish, tell: Callable[[str], None] | None = None,
+        style: Style = PLAIN,
+    ) -> None:  # fmt: skip
+        self._world, self._node, self._publish, self._style = world, node, publish, style
+        self._stamped: dict[str, str] = {}
         self._outlets: dict[str, Outlet] = {}
         self.left: Collection[str] = ()
         self.warnings = Findings()
@@ -191,13 +231,19 @@ class Bridge(Closing):
         self.follow()
         self._clock_type = ros_type("rosgraph_msgs/msg/Clock")
         self._clock = node.publisher(CLOCK, self._clock_type)
-        self._frames = Frames(world, node)
+        self._frames = Frames(world, node, style.frame)
         self._calls = Calls(world, node, self.warnings)
+        self._step_standard: Callable[[], None] = lambda: None
         self._audience = None
         self._tell, self._n_told = tell, 0
         if tell is not None:
             self._calls.offer()
             self._audience = Audience(node, tell)
+            if not node.returns_errors:  # ROS 2, which has standards for controllers and simulators
+                from nrp_world_ros.ros2.standard import Standard
+
+                ros2: Any = node
+                self._step_standard = Standard(world, ros2, publish).step
         self._described: Scene | None = None
         self._sent_ns = -1
 
@@ -221,7 +267,8 @@ class Bridge(Closing):
         self._described = scene
         for name, model in described(scene).items():
             try:
-                self._node.keep(name, urdf(model))
+                text, style = urdf(model), self._style
+                self._node.keep(name, text if style.bare is None else text.replace(f'"{style.bare}/', '"'))
             except SceneError as error:
                 self.warnings.add(Code.NRP282, f"{name} is not in ROS: {error}", subject=name)
 
@@ -261,7 +308,13 @@ class Bridge(Closing):
         if info.direction is Direction.OUT:
             self._outlets[info.name] = Outlet(self._node.publisher(info.name, info.type))
         else:
-            self._node.listen(info.name, info.type)
+            stamped = info.name.removesuffix(UNSTAMPED)
+            is_twist = info.type is Twist
+            if is_twist and (self._style.stamped or stamped != info.name):
+                self._node.listen(stamped, TwistStamped)
+                self._stamped[stamped] = info.name
+            if not (is_twist and self._style.stamped):
+                self._node.listen(info.name, info.type)
             self.incoming.append(info.name)
 
     @property
@@ -270,19 +323,22 @@ class Bridge(Closing):
         return self._calls.services
 
     def answer(self) -> None:
-        """Answer waiting calls of services."""
+        """Answer waiting calls of services, and follow the goals of actions."""
         self._calls.answer()
+        self._step_standard()
 
     def receive(self) -> None:
         """Pass messages from ROS to the world; refused ones are dropped with a warning."""
         self.answer()
         for letter in self._node.inbox.take():
-            if letter.topic in self.incoming:
+            topic = self._stamped.get(letter.topic, letter.topic)
+            if topic in self.incoming:
                 try:
-                    self._publish(letter.topic, letter.message)
+                    message = letter.message
+                    self._publish(topic, message.twist if letter.topic in self._stamped else message)
                 except NrpError as error:
-                    message = f"a message from {letter.sender} was dropped: {error}"
-                    self.warnings.add(Code.NRP282, message, subject=letter.topic)
+                    text = f"a message from {letter.sender} was dropped: {error}"
+                    self.warnings.add(Code.NRP282, text, subject=letter.topic)
 
     def send(self) -> Sent:
         """Publish the new messages of the world since the last call.
@@ -293,7 +349,7 @@ class Bridge(Closing):
         sent: Sent = {}
         for name, outlet in self._outlets.items():
             for stamped in _new(outlet, self._sent_ns):
-                outlet.publisher.publish(stamped.message)
+                outlet.publisher.publish(self._style.message(stamped.message))
                 sent.setdefault(name, []).append(stamped.t_ns)
         now_ns = self._world.now_ns
         self._frames.send(now_ns)

@@ -23,7 +23,7 @@ from nrp_world_ros.options import LAST_DOMAIN, Ros
 if TYPE_CHECKING:
     from nrp_core import Experiment
 
-    from nrp_world_ros.bridge import Bridge
+    from nrp_world_ros.bridge import Bridge, Style
     from nrp_world_ros.node import Node
 
 _QUEUE = 10
@@ -45,6 +45,13 @@ def ros_bridge(
         int | None,
         typer.Option(min=0, max=LAST_DOMAIN, help="The domain of ROS 2; by default ROS_DOMAIN_ID, else 0."),
     ] = None,
+    stamped: Annotated[
+        bool, typer.Option("--stamped", help="Drives take TwistStamped, as Nav2 and drivers of Jazzy do.")
+    ] = False,
+    bare_frames: Annotated[
+        str | None,
+        typer.Option(metavar="ROBOT", help="Publish frames of this robot as 'odom', not 'ROBOT/odom'."),
+    ] = None,
     brain: BrainName = None,
     world: WorldName = None,
     overrides: Overrides = None,
@@ -64,6 +71,7 @@ def ros_bridge(
     """Connect an experiment and its robots to ROS: rviz, rosbag, your nodes."""
     from nrp_core import load_experiment
 
+    from nrp_world_ros.bridge import Style
     from nrp_world_ros.joining import join
 
     if lockstep and not without_brain:
@@ -80,28 +88,32 @@ def ros_bridge(
         until_ns = None if until is None else time_ns(until)
         if until_ns is not None and until_ns <= 0:
             raise ValueError(f"a run ends after 0 s, not at {until}")
+    style = Style(stamped, bare_frames)
     settings = overrides_of(overrides, brain=brain, world=world, seed=seed, pace=pace or "realtime")
     loaded = load_experiment(experiment, settings)
+    if bare_frames is not None and bare_frames not in loaded.world.robots:
+        raise typer.BadParameter(f"the experiment has no robot '{bare_frames}'", param_hint="--bare-frames")
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # leave ROS cleanly for any end of the run
     try:
         ros = Ros.TWO if ros2 else Ros.ONE
-        with join(ros, "nrp_body", queue=0 if lockstep else _QUEUE, domain=domain) as node:
+        queue = 0 if lockstep else _QUEUE
+        with join(ros, "nrp_body", queue=queue, domain=domain, parameters=True) as node:
             if without_brain:
-                _body(loaded, node, until_ns, lockstep=lockstep)
+                _body(loaded, node, until_ns, style, lockstep=lockstep)
             else:
-                _whole(loaded, node, until_ns)
+                _whole(loaded, node, until_ns, style)
     except KeyboardInterrupt:
         raise typer.Exit(INTERRUPTED) from None
 
 
-def _body(experiment: Experiment, node: Node, until_ns: int | None, *, lockstep: bool) -> None:
+def _body(experiment: Experiment, node: Node, until_ns: int | None, style: Style, *, lockstep: bool) -> None:
     from nrp_core import open_world
     from nrp_core.cle.pacing import pacing_of
 
     from nrp_world_ros.body import Body
 
     with open_world(experiment) as world:
-        body = Body(world, node, _warn)
+        body = Body(world, node, _warn, style)
         try:
             if lockstep:
                 body.run_in_lockstep(until_ns, lambda: _tell(body.bridge))
@@ -113,13 +125,13 @@ def _body(experiment: Experiment, node: Node, until_ns: int | None, *, lockstep:
             body.bridge.close()
 
 
-def _whole(experiment: Experiment, node: Node, until_ns: int | None) -> None:
+def _whole(experiment: Experiment, node: Node, until_ns: int | None, style: Style) -> None:
     from nrp_core import Run
 
     from nrp_world_ros.bridge import Bridge
 
     with Run(experiment) as run:
-        bridge = Bridge(run.world, node, run.loop.publish, _warn)
+        bridge = Bridge(run.world, node, run.loop.publish, _warn, style)
 
         def exchange(_loop: object) -> None:
             bridge.check()

@@ -7,7 +7,7 @@ is on ``/tf_static``: the frames of sensors, and the links with sensors of model
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, TypeAlias
 
 from nrp_core.errors import CapabilityError
@@ -31,10 +31,11 @@ class Frames:
     Args:
         world: the world with the movable models.
         node: in ROS.
+        bare: removes the prefix from the name of a frame.
     """
 
-    def __init__(self, world: World, node: Node) -> None:
-        self._world = world
+    def __init__(self, world: World, node: Node, bare: Callable[[str], str] = str) -> None:
+        self._world, self._bare = world, bare
         self._list = ros_type("tf2_msgs/msg/TFMessage")
         self._transform = ros_type("geometry_msgs/msg/Transform")
         self._stamped = ros_type("geometry_msgs/msg/TransformStamped")
@@ -81,7 +82,7 @@ class Frames:
 
     def _transformed(self, now: Time, parent: str, name: str, pose: Pose) -> Any:
         transform = self._transform(Vector3(*pose.position), Quaternion(*pose.orientation))
-        return self._stamped(Header(now, parent), name, transform)
+        return self._stamped(Header(now, self._bare(parent)), self._bare(name), transform)
 
 
 def _static_tree(model: Model) -> Iterator[Frame]:

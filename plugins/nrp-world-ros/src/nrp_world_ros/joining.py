@@ -6,13 +6,14 @@ from nrp_world_ros.node import Node
 from nrp_world_ros.options import Ros
 
 
-def join(ros: Ros, name: str, *, queue: int = 0, domain: int | None = None) -> Node:
+def join(ros: Ros, name: str, *, queue: int = 0, domain: int | None = None, parameters: bool = False) -> Node:
     """Become a node of ROS.
 
     Args:
         ros: the version of ROS.
         name: name of the node, unless this process has already started one.
         queue: queue length for a slow subscriber, beyond which the oldest messages are lost; 0: unlimited.
+        parameters: whether it offers the services of parameters of ROS 2.
         domain: domain of ROS 2; by default ``ROS_DOMAIN_ID``, else 0.
 
     Raises:
@@ -24,4 +25,4 @@ def join(ros: Ros, name: str, *, queue: int = 0, domain: int | None = None) -> N
         return Ros1Node(name, queue=queue)
     from nrp_world_ros.ros2.node import Ros2Node
 
-    return Ros2Node(name, queue=queue, domain=domain)
+    return Ros2Node(name, queue=queue, domain=domain, parameters=parameters)

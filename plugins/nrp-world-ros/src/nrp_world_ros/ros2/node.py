@@ -9,6 +9,7 @@ import os
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future
 from contextlib import contextmanager, suppress
 from types import ModuleType
 from typing import Any
@@ -96,6 +97,10 @@ class Ros2Node(Node):
         name: name of the node.
         queue: queue length for a slow subscriber, beyond which the oldest messages are lost; 0: unlimited.
         domain: its number; None: ``ROS_DOMAIN_ID``, else 0.
+        parameters: whether it offers the services of parameters.
+
+    Attributes:
+        types: its classes of messages, services and actions.
 
     Raises:
         BackendLoadError: ROS 2 is not installed, or cannot use the network.
@@ -104,10 +109,13 @@ class Ros2Node(Node):
     tool = "ros2 topic"
     returns_errors = False
 
-    def __init__(self, name: str, *, queue: int = 0, domain: int | None = None) -> None:
+    def __init__(
+        self, name: str, *, queue: int = 0, domain: int | None = None, parameters: bool = False
+    ) -> None:
         super().__init__(Codec())
         self._rclpy: Any = load_rclpy()
-        self._types = RosTypes(self.codec)
+        self.types = RosTypes(self.codec)
+        self._parameters = parameters
         self._queue = queue
         self._namespace = ""
         self._number = domain_number(domain)
@@ -132,7 +140,7 @@ class Ros2Node(Node):
                 )  # fmt: skip
                 self._node = self._rclpy.create_node(
                     name, context=self._context, use_global_arguments=False, enable_rosout=False,
-                    start_parameter_services=False,
+                    start_parameter_services=self._parameters,
                 )  # fmt: skip
             except Exception as error:
                 self._rclpy.try_shutdown(context=self._context)
@@ -178,7 +186,7 @@ class Ros2Node(Node):
             self._require_open()
             from rclpy.event_handler import PublisherEventCallbacks
 
-            kind = self._types.message(self.codec.name(cls))
+            kind = self.types.message(self.codec.name(cls))
             qos = _qos(1 if latched else self._queue, latched=latched)
             with _refusing(topic):
                 made = self._node.create_publisher(
@@ -201,26 +209,83 @@ class Ros2Node(Node):
 
         with _refusing(topic):
             self._listeners[topic] = _Listener(
-                self._node, self._types.message(name), self._namespace + topic, arrived
+                self._node, self.types.message(name), self._namespace + topic, arrived
             )
 
     def serve(self, service: str, request: str, response: str, answer: Answer) -> None:
         from rclpy.serialization import deserialize_message, serialize_message
 
-        self._require_open()
-        kind = self._types.service(request, response)
+        kind = self.types.service(request, response)
+        self._serve(
+            service,
+            kind,
+            lambda asked, _empty: answer(serialize_message(asked)),
+            lambda data: deserialize_message(bytes(data), kind.Response),
+        )
 
-        def called(asked: Any, _empty: Any) -> Any:
-            coming = answer(serialize_message(asked))
+    def offer(self, service: str, kind: str, ask: Callable[[Any, Any], Future[Any]]) -> None:
+        """Offer a service of a type, ``package/srv/Name``.
+
+        Args:
+            service: its name.
+            kind: its type.
+            ask: takes a request and an empty response, of ROS's classes, in a thread of ROS; the response
+                comes later.
+        """
+        self._serve(service, self.types.named(kind), ask, lambda response: response)
+
+    def _serve(
+        self, service: str, kind: Any, ask: Callable[[Any, Any], Future[Any]], read: Callable[[Any], Any]
+    ) -> None:
+        self._require_open()
+
+        def called(request: Any, response: Any) -> Any:
+            coming = ask(request, response)
             self.inbox.wake()
             try:
-                return deserialize_message(bytes(coming.result(PATIENCE_S)), kind.Response)
+                return read(coming.result(PATIENCE_S))
             except Exception as error:  # ROS 2 has no place for the reason; the loop has reported it
                 coming.cancel()
                 raise _NoAnswerError from error
 
         with _refusing(service):
             self._node.create_service(kind, service, called)
+
+    def act(self, name: str, kind: str, accepts: Callable[[Any], bool], take: Callable[[Any], None]) -> Any:
+        """Offer an action, and return its server.
+
+        Args:
+            name: its name.
+            kind: its type, ``package/action/Name``.
+            accepts: returns whether a goal is accepted.
+            take: takes an accepted goal. Both are called in a thread of ROS.
+        """
+        from rclpy.action import ActionServer, CancelResponse, GoalResponse
+
+        self._require_open()
+        with _refusing(name):
+            return ActionServer(
+                self._node,
+                self.types.named(kind),
+                name,
+                execute_callback=lambda _goal: None,
+                goal_callback=lambda goal: GoalResponse.ACCEPT if accepts(goal) else GoalResponse.REJECT,
+                handle_accepted_callback=take,
+                cancel_callback=lambda _goal: CancelResponse.ACCEPT,
+            )
+
+    @staticmethod
+    def begin(goal: Any) -> None:
+        """Show an accepted goal as executing; rclpy would call a function that waits for its end."""
+        from rclpy.action.server import GoalEvent
+
+        if not goal.is_cancel_requested:
+            goal._update_state(GoalEvent.EXECUTE)
+
+    def ours(self, message: Any, cls: type) -> Any:
+        """Return a message of ROS's class as one of the platform's class."""
+        name = self.codec.name(cls)
+        return self.codec.decode(self.codec.encode_as(message, name), name)
 
     def call(self, service: str, request: Any, response: type, timeout_s: float) -> Any:
         from rclpy.serialization import deserialize_message, serialize_message
@@ -230,7 +295,7 @@ class Ros2Node(Node):
         if service not in dict(self._node.get_service_names_and_types()):
             return None
         asked, answer = self.codec.name(type(request)), self.codec.name(response)
-        kind = self._types.service(asked, answer)
+        kind = self.types.service(asked, answer)
         if service not in self._clients:
             self._clients[service] = self._node.create_client(kind, service)
         client = self._clients[service]
@@ -245,6 +310,9 @@ class Ros2Node(Node):
 
     def keep(self, name: str, text: str) -> None:
         self.publisher(name, String, latched=True).publish(String(text))
+        parameter = name.strip("/").replace("/", ".")
+        if self._parameters and not self._node.has_parameter(parameter):
+            self._node.declare_parameter(parameter, text)
 
     # -- discovery
 

@@ -17,16 +17,10 @@ from nrp_core.messages.base import type_of
 from nrp_core.messages.cdr import Codec
 from nrp_core.messages.generated import PACKAGES
 
+from nrp_world_ros.ros2.definitions import PACKAGES as STANDARD
 from nrp_world_ros.ros2.types import RosTypes
 
-OWN = (
-    "controller_manager_msgs",
-    "control_msgs",
-    "dvs_msgs",
-    "gazebo_msgs",
-    "simulation_interfaces",
-    "vision_msgs",
-)
+OWN = (*STANDARD, "dvs_msgs", "gazebo_msgs", "vision_msgs")
 """The packages that the platform defines besides those of ROS."""
 
 _KINDS = ("msg", "srv", "action")

@@ -20,14 +20,13 @@ from nrp_core.errors import BackendLoadError, TopicError
 from nrp_core.messages.base import type_of
 from nrp_core.messages.cdr import Codec, MessageField
 
+from nrp_world_ros.ros2.definitions import PARTS, define
 from nrp_world_ros.ros2.typesupport import MIDDLEWARES, TypeSupport
 
 _made: dict[str, Any] = {}
 """The classes that were made here, by type."""
 
 _INFO = "service_msgs/msg/ServiceEventInfo"
-_PARTS = {"msg": ("",), "srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}
-"""The messages of each kind of type; ours are called ``package/msg/TypePart``."""
 
 
 class RosTypes:
@@ -63,11 +62,12 @@ class RosTypes:
         self._compare(response, cls.Response)
         return cls
 
-    def action(self, name: str) -> Any:
-        """Return the class of an action, ``package/action/Name``.
+    def named(self, name: str) -> Any:
+        """Return the class of a type, ``package/kind/Type``, of this ROS or made here.
 
         Raises:
-            BackendLoadError: this ROS lacks the action, which cannot be made.
+            BackendLoadError: this ROS lacks the type, which cannot be made.
+            TopicError: the type is unknown.
         """
         return self._class(name)
 
@@ -102,7 +102,8 @@ class RosTypes:
     def _define(self, name: str) -> None:
         """Add the types of a service or action, and of what it consists of, under ROS's names."""
         package, kind, short = name.split("/")
-        for part in _PARTS[kind]:
+        define(self._codec)
+        for part in PARTS[kind]:
             ours = f"{package}/msg/{short}{part}"
             if (cls := type_of(ours)) is not None:
                 ours = self._codec.name(cls)
@@ -111,7 +112,7 @@ class RosTypes:
             except KeyError:
                 raise TopicError(f"this installation of ROS 2 lacks {name}, which is unknown here") from None
             if part:
-                self._codec.compose(f"{name}_{part}", fields)
+                self._codec.compose(f"{name}_{part}", fields, ours)
         if kind == "srv":
             self._define_service(name)
         if kind == "action":
@@ -145,7 +146,8 @@ class RosTypes:
             **codec.constants(name),
         }
         encode: Callable[[Any], bytes] = lambda message: bytes(codec.encode_as(message, name))  # noqa: E731
-        return _class(name, content, _support().message(name, codec.hash(name), encode, decode))
+        empty: Callable[[], Any] = lambda: self._inner(name)()  # noqa: E731
+        return _class(name, content, _support().message(name, codec.hash(name), encode, decode, empty))
 
     def _service(self, name: str) -> Any:
         ends = [self._message_once(f"{name}_{end}") for end in ("Request", "Response")]
@@ -157,7 +159,7 @@ class RosTypes:
             self._class("action_msgs/srv/CancelGoal"),
             self._class("action_msgs/msg/GoalStatusArray"),
         )
-        parts = {part: self._message_once(f"{name}_{part}") for part in _PARTS["action"]}
+        parts = {part: self._message_once(f"{name}_{part}") for part in PARTS["action"]}
         send, get = (self._service(f"{name}_{each}") for each in ("SendGoal", "GetResult"))
         feedback = self._message_once(f"{name}_FeedbackMessage")
         names = (
@@ -215,7 +217,7 @@ _PLAIN: Mapping[str, type] = {"boo": bool, "str": str, "wst": str, "flo": float}
 def _action_types(name: str) -> dict[str, list[MessageField]]:
     """Return what an action consists of besides its three messages; REP 2011 has the names."""
     uuid = MessageField("goal_id", "unique_identifier_msgs/msg/UUID")
-    goal, result, feedback = (f"{name}_{part}" for part in _PARTS["action"])
+    goal, result, feedback = (f"{name}_{part}" for part in PARTS["action"])
     whole = {
         "goal": goal, "result": result, "feedback": feedback, "send_goal_service": f"{name}_SendGoal",
         "get_result_service": f"{name}_GetResult", "feedback_message": f"{name}_FeedbackMessage",

@@ -9,6 +9,7 @@ middlewares Fast DDS and Zenoh use this type support; Cyclone DDS uses another.
 from __future__ import annotations
 
 import ctypes
+import sys
 from collections.abc import Callable, Iterable
 from ctypes import (
     CFUNCTYPE,
@@ -25,6 +26,8 @@ from ctypes import (
 from itertools import count
 from pathlib import Path
 from typing import Any
+
+from nrp_core.errors import NrpError
 
 MIDDLEWARES = ("rmw_fastrtps_cpp", "rmw_zenoh_cpp")
 """Those that use this type support."""
@@ -123,7 +126,12 @@ class TypeSupport:
         self._max_size = _MaxSize(_set_unbounded)
 
     def message(
-        self, name: str, digest: str, encode: Callable[[Any], bytes], decode: Callable[[bytes], Any]
+        self,
+        name: str,
+        digest: str,
+        encode: Callable[[Any], bytes],
+        decode: Callable[[bytes], Any],
+        empty: Callable[[], Any],
     ) -> dict[str, Any]:
         """Return the attributes for a type of messages.
 
@@ -132,17 +140,29 @@ class TypeSupport:
             digest: its hash, ``RIHS01_...``.
             encode: returns a message as bytes, with their header.
             decode: returns the message in bytes.
+            empty: returns the message for bytes that are none.
         """
 
         def from_python(message: Any, number: int) -> bool:
-            self._messages[number] = encode(message)
+            try:
+                self._messages[number] = encode(message)
+            except NrpError as error:  # rclpy raises an error without a reason
+                report(error)
+                return False
             return True
+
+        def to_python(number: int) -> Any:
+            try:
+                return decode(self._messages[number])
+            except NrpError as error:  # of a node that has another type of that name
+                report(error)
+                return empty()
 
         functions = _MessageFunctions(
             *_dds_name(name), self._encode, self._decode, self._size, self._max_size, None
         )
         support = _Message(_IDENTIFIER, _address(functions), self._find_message, *self._about(name, digest))
-        given = _FromPython(from_python), _ToPython(lambda number: decode(self._messages[number]))
+        given = _FromPython(from_python), _ToPython(to_python)
         self._kept += functions, support, given
         return {
             "_TYPE_SUPPORT": _capsule(ctypes.addressof(support)),
@@ -247,6 +267,11 @@ def _cdr_layout(cdr: Any) -> tuple[int, int, int]:
         return next(offset for offset in range(0, 8 * words, 8) if _word(place + offset) == value)
 
     return find(places[1], places[2]), find(places[0], places[1]), find(size, places[1])
+
+
+def report(error: Exception) -> None:
+    """Print an error, which C cannot pass on."""
+    print(f"error: {error}", file=sys.stderr, flush=True)
 
 
 def _set_unbounded(bounds: Any) -> int:
