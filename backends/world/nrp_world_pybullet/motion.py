@@ -212,7 +212,10 @@ class Inertia:
         self._moving = _Moving(bodies, own, client) if any(j.kind == "ball" for j in joints) else None
         if self._moving is None:
             with quiet():  # PyBullet prints of each axis that it rounded, when it first computes with it
-                self._matrix(np.zeros(sum(len(joint.coordinates) for joint in joints)))
+                try:
+                    self._matrix(np.zeros(sum(len(joint.coordinates) for joint in joints)))
+                except SystemError:  # it refuses the tensor of a heavy body if rounding made it unsymmetric
+                    self._moving = _Moving(bodies, own, client)
 
     def now(self, positions: FloatArray) -> FloatArray:
         """Return the joint-space inertia with a free base, shape ``(n, n)``.
