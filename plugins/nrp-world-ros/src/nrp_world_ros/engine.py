@@ -34,8 +34,9 @@ from nrp_core.world import (
     Wrench,
 )
 
+from nrp_world_ros.guard import Guard, TwistStamped, velocity
 from nrp_world_ros.joining import join
-from nrp_world_ros.node import DEPTH, Node
+from nrp_world_ros.node import DEPTH, Node, Publisher
 from nrp_world_ros.options import RosOptions, TimeSource
 from nrp_world_ros.timekeeping import GO, Sent, Timekeeper, timekeeper
 
@@ -174,7 +175,7 @@ class RemotePart(PartProxy):
 
 
 _MUCH_NS = 500 * NS_PER_MS
-"""Minimum duration of a delay for a warning; shorter ones, as when code is compiled, are made up soon."""
+"""Minimum delay behind a simulator for a warning; shorter ones, as of compiled code, are made up soon."""
 
 _HANDED_OVER_S = 0.1
 """Time for ROS to send the last messages, s."""
@@ -205,6 +206,10 @@ class RosEngine(Engine):
         self._arrived: dict[str, list[Stamped]] = {}
         self._begun = False
         self._was_late = False
+        self._drives = {drive.command_topic for model in scene.models for drive in model.drives}
+        self._guard: Guard | None = None
+        self._stops, self._period_ns = 0, capabilities.step_ns
+        self._heard_s = time.monotonic()
         self._node, self._time = self._join()
         self._find_models()
 
@@ -239,13 +244,33 @@ class RosEngine(Engine):
         return None
 
     def tell(self, topic: TopicInfo, message: Any) -> None:
-        publisher = self._node.publisher(topic.name, topic.type)
+        stamped, publisher = self._options.stamped and topic.type is Twist, self._outlet(topic)
         if topic.name not in self._told:
             self._told.add(topic.name)
             self._introduce(topic.name)
+            if self._guard is not None and topic.name in self._drives:
+                self._guard.arm(topic.name)
+        if self._was_late and self._guard is not None and topic.name in self._drives:
+            message = Twist()  # until it has caught up
+        if stamped:
+            message = velocity(message, stamped=True)
         if publisher.peers():
             publisher.publish(message)
             self._sent.setdefault(topic.name, []).append(self.now_ns)
+
+    def _outlet(self, topic: TopicInfo) -> Publisher:
+        stamped = self._options.stamped and topic.type is Twist
+        return self._node.publisher(topic.name, TwistStamped if stamped else topic.type)
+
+    def _watch(self) -> None:
+        """Start the guard of the drives, before time begins."""
+        options, drives = self._options, self._drives & self._remote.keys()
+        if not drives or self._guard is not None or options.time is not TimeSource.WALL:
+            return
+        silent_s = seconds(options.stop_after + self._period_ns)
+        self._guard = Guard(options.ros, options.domain, silent_s, seconds(options.patience))
+        for topic in sorted(drives):
+            self._guard.watch(topic, stamped=options.stamped)
 
     # -- services
 
@@ -256,20 +281,34 @@ class RosEngine(Engine):
     # -- one step
 
     def _do_advance(self, steps: int) -> None:
+        self._period_ns = steps * self.step_ns
         if self._must_attend:
             self._attend()
             self._must_attend = False
+            self._watch()
         if not self._begun:
             self._time.start(self._sent)
             self._begun = True
         t_ns = self.now_ns + steps * self.step_ns
         taken = self._time.reach(t_ns, self._sent, self._attended_topics)
+        if self._guard is not None:
+            self._guard.beat()
         self._note_lateness()
         times = {topic: iter(times_ns) for topic, times_ns in taken.items()}
-        for letter in self._node.inbox.take():
+        letters = self._node.inbox.take()
+        self._check_silence(bool(letters))
+        for letter in letters:
             if letter.topic in self._attended_topics:
                 taken_ns = next(times.get(letter.topic, iter(())), t_ns)
                 self._take(letter.topic, Stamped(taken_ns, shaped(letter.message)))
+
+    def _check_silence(self, heard: bool) -> None:
+        """Stop the run if a robot at wall time sends nothing any more."""
+        now_s, patience_s = time.monotonic(), seconds(self._options.patience)
+        if heard or not self._attended_topics or self._options.time is not TimeSource.WALL:
+            self._heard_s = now_s
+        elif now_s > self._heard_s + patience_s:
+            raise SimulationError(f"the robot has sent nothing for {patience_s:g} s")
 
     def _take(self, topic: str, heard: Stamped) -> None:
         if topic in self._where.topics:
@@ -278,13 +317,28 @@ class RosEngine(Engine):
             self._arrived.setdefault(topic, []).append(heard)
 
     def _note_lateness(self) -> None:
-        if self._time.late_ns > _MUCH_NS and not self._was_late:
-            self._was_late = True
-            self.warnings.add(
-                Code.NRP278,
-                f"the loop does not keep up with the body: at {seconds(self.now_ns):g} s it was "
-                f"{milliseconds(self._time.late_ns):.0f} ms late",
+        clock, is_wall = self._time, self._options.time is TimeSource.WALL
+        late = clock.late_ns > (self._options.stop_after if is_wall else _MUCH_NS)
+        self._stops += late and not self._was_late
+        self._was_late = late
+        if clock.missed and clock.late_ns:
+            stopped = f"; its drives were stopped {self._stops} times" if self._guard and self._stops else ""
+            self._replace_lateness(
+                f"{clock.missed} of {clock.steps} steps were late, up to "
+                f"{milliseconds(clock.worst_ns):.0f} ms{stopped}"
             )
+        elif late and not is_wall:
+            self._replace_lateness(
+                f"the loop does not keep up with the body: at {seconds(self.now_ns):g} s it was "
+                f"{milliseconds(clock.late_ns):.0f} ms late"
+            )
+
+    def _replace_lateness(self, message: str) -> None:
+        """Report the delays until now, once."""
+        others = [each for each in self.warnings if each.subject != "time"]
+        self.warnings.clear()
+        self.warnings.extend(others)
+        self.warnings.add(Code.NRP278, message, subject="time")
 
     # -- subscriptions
 
@@ -309,9 +363,9 @@ class RosEngine(Engine):
             self._node.listen(name, self._remote[name].type)
         if self._options.time is TimeSource.LOCKSTEP:
             wanted.add(GO)
-        for name, info in self._remote.items():
+        for info in self._remote.values():
             if info.direction is Direction.IN:
-                self._node.publisher(name, info.type)  # so that commands are not sent before the connection
+                self._outlet(info)  # so that commands are not sent before the connection
         self._meet(wanted)
 
     def _meet(self, wanted: set[str]) -> None:
@@ -347,9 +401,12 @@ class RosEngine(Engine):
 
     def _do_close(self) -> None:
         """Stop driven robots, and leave ROS."""
-        drives = {drive.command_topic for model in self.scene.models for drive in model.drives}
-        for topic in drives & self._told:
-            self._node.publisher(topic, Twist).publish(Twist())
+        stamped = self._options.stamped
+        for topic in self._drives & self._told:
+            publisher = self._node.publisher(topic, TwistStamped if stamped else Twist)
+            publisher.publish(velocity(Twist(), stamped=stamped))
+        if self._guard is not None:
+            self._guard.close()
         time.sleep(_HANDED_OVER_S)
         self._node.close()
 

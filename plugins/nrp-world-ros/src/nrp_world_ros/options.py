@@ -91,6 +91,11 @@ class RosOptions(WorldOptions):
         TimeSource.CLOCK
     )
     timestep: Annotated[DurationNs, Field(gt=0, description="the time grid of the loop")] = NS_PER_MS
+    stop_after: Annotated[
+        DurationNs,
+        Field(gt=0, description="how late a step may be at wall time before drives are stopped"),
+    ] = 200 * NS_PER_MS
+    stamped: Annotated[bool, Field(description="drives take TwistStamped instead of Twist")] = False
     patience: Annotated[DurationNs, Field(gt=0, description="time limit of waiting for ROS")] = 10 * NS_PER_S
     body: Annotated[
         str | None,

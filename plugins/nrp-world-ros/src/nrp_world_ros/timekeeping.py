@@ -143,9 +143,15 @@ class Timekeeper(ABC):
 
     Attributes:
         late_ns: delay of the loop at its last step, ns.
+        missed: the number of steps that were not computed in their time; only the wall does not wait.
+        steps: the number of all steps.
+        worst_ns: the largest delay, ns.
     """
 
     late_ns = 0
+    missed = 0
+    steps = 0
+    worst_ns = 0
 
     def __init__(self, node: Node, patience_s: float) -> None:
         self._node, self._patience_s = node, patience_s
@@ -190,6 +196,9 @@ class Wall(Timekeeper):
 
     def reach(self, t_ns: int, sent: Sent, heard: Collection[str]) -> Sent:
         self.late_ns = max(0, time.monotonic_ns() - self._origin_ns - t_ns)
+        self.steps += 1
+        self.missed += self.late_ns > 0
+        self.worst_ns = max(self.worst_ns, self.late_ns)
         self._node.check()
         time.sleep(max(0, self._origin_ns + t_ns - time.monotonic_ns()) * 1e-9)
         sent.clear()
