@@ -91,7 +91,7 @@ def build_engine(network: Network, tolerance_mv: float, *, quadrature: bool) -> 
     shortest_ms, longest_ms = delay_range(network)
     cells, row_of = load_cells(network, tolerance_mv, quadrature=quadrature)
     connections = load_connections(network, cells, row_of)
-    n_arrivals = max(np.count_nonzero(connections["bundle"]), 1)
+    n_arrivals = max(int(np.count_nonzero(connections["bundle"])), 1)
     width_ms = 2.0 ** floor(log2(min(shortest_ms, _LONGEST_WINDOW_MS, _ARRIVALS_MS / n_arrivals)))
     n_windows = min(max(int(longest_ms / width_ms) + 2, _FEWEST_WINDOWS), _MOST_WINDOWS)
     n_windows = 1 << (n_windows - 1).bit_length()
