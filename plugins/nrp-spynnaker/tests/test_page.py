@@ -24,7 +24,8 @@ def test_a_script_of_the_page_prints_what_follows_it(
 
 def test_every_row_has_a_section_with_a_script() -> None:
     rows = re.findall(r"^\| \[.+?\]\(#([\w-]+)\) \|", PAGE, re.MULTILINE)
-    sections = PAGE.split("\n## ")[1:]
+    _, overview, *sections = PAGE.split("\n## ")
+    assert overview.startswith("What each call does here\n")
     titles = {title.partition("\n")[0].lower().replace(" ", "-") for title in sections}
     assert len(rows) == len(BLOCKS) == 15
     assert set(rows) == titles
