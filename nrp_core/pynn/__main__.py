@@ -18,13 +18,11 @@ from types import ModuleType
 from typing import Any
 
 from nrp_core.brain.backends import brains
-from nrp_core.errors import ExperimentError, NetworkError, NrpError
-from nrp_core.network.files.script import scope_of
+from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.network.pynn.api import SIMULATOR_NAME
 from nrp_core.network.pynn.dialects import Dialects
 from nrp_core.pynn import new_simulator
-from nrp_core.pynn.languages import reading_of
-from nrp_core.pynn.runners import RUNNERS
+from nrp_core.pynn.runners import RUNNERS, run_as_main
 from nrp_core.scripts import script_arguments
 
 
@@ -80,19 +78,10 @@ def _run(script: Path, backend: str | None, options: Mapping[str, str]) -> None:
     vars(sim)["setup"] = _setup(sim.setup, backend, options)
     sim.setup()  # for a script that does not call it
     sys.modules[f"pyNN.{SIMULATOR_NAME}"] = sim
-    sys.path.insert(0, str(script.parent))
     asking = {name: import_module(name) for name in ("pyNN.utility", "pyNN.utility.script_tools")}
-    reading = reading_of(script)
-    sim.state.warn(reading.remarks(script))
-    scope = scope_of(
-        sim, modules={**asking, **reading.modules}, dialect=_NotAsked(sim),
-        replaced=sim.state.replaced.names.append, compiled=reading.compiled,
-    )  # fmt: skip
+    replaced = sim.state.replaced.names.append
     try:
-        with reading.running():
-            scope.run(script, name="__main__")
-    except (NrpError, SyntaxError) as error:
-        raise scope.located(error, NetworkError, script) from error
+        run_as_main(script, sim, _NotAsked(sim), modules=asking, replaced=replaced)
     finally:
         sim.state.replaced.report()
 

@@ -383,3 +383,8 @@ def test_stdp_without_an_equivalent_is_refused(run: Run) -> None:
             "nest.Connect(cells[0], cells[1], syn_spec={'synapse_model': 'stdp_synapse', 'mu_plus': 0.4})\n"
             "nest.Simulate(1.0)\n"
         )
+
+
+def test_a_script_in_python_2_runs_as_one(run: Run, capsys: pytest.CaptureFixture[str]) -> None:
+    run("import nest\nnest.Simulate(3 / 2 * 4.0)\nprint 'ran', nest.biological_time\n")
+    assert capsys.readouterr().out == "ran 4.0\n"

@@ -249,7 +249,7 @@ WITHOUT_OUTPUT = {
     "nrp_core.network.files.script.scope_of", "nrp_core.network.native.native_network",
     "nrp_core.network.pynn.equation_models.nestml_cell",
     "nrp_core.paths.TextFrom.of", "nrp_core.pynn.languages.Language.compiled",
-    "nrp_core.pynn.languages.ScriptReading.compiled",
+    "nrp_core.pynn.languages.ScriptReading.compiled", "nrp_core.pynn.runners.run_as_main",
     "nrp_core.pynn.languages.ScriptReading.remarks", "nrp_core.pynn.languages.reading_of",
     "nrp_core.scripts.compile_file",
     "nrp_core.recording.figures.save", "nrp_core.recording.folder.recording_folder.write_experiment",

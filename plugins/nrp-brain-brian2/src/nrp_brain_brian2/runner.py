@@ -26,8 +26,8 @@ from nrp_core.brain import (
 )
 from nrp_core.brain.backends import brains
 from nrp_core.clock import nanoseconds
-from nrp_core.errors import CapabilityError, NetworkError, NrpError
-from nrp_core.network.files.script import scope_of
+from nrp_core.errors import CapabilityError
+from nrp_core.pynn.runners import run_as_main
 
 from nrp_brain_brian2.dialect import Dialect
 
@@ -50,12 +50,8 @@ def run_script(
     brains().provider(name)
     runs = _Runs(name, options or {})
     pynn = nrp_core.pynn.new_simulator()
-    scope = scope_of(pynn, dialect=Dialect(pynn, runs.run))
-    sys.path.insert(0, str(path.parent))
     try:
-        return scope.run(path, name="__main__")
-    except (NrpError, SyntaxError) as error:
-        raise scope.located(error, NetworkError, path) from error
+        return run_as_main(path, pynn, Dialect(pynn, runs.run))
     finally:
         runs.close()
 

@@ -15,8 +15,8 @@ import nrp_core.pynn
 from nrp_core.brain import IntArray, SourcePort
 from nrp_core.brain.backends import brains
 from nrp_core.clock import from_milliseconds, milliseconds, nanoseconds
-from nrp_core.errors import NetworkError, NrpError
-from nrp_core.network.files.script import scope_of
+from nrp_core.errors import NetworkError
+from nrp_core.pynn.runners import run_as_main
 from nrp_pynest.api import nest_module
 from nrp_pynest.built import BuiltBrain
 from nrp_pynest.currents import Current, driven
@@ -47,17 +47,8 @@ def run_script(
     kernel = ScriptKernel(name, options or {})
     nest = nest_module(kernel)
     pynn = nrp_core.pynn.new_simulator()
-    scope = scope_of(pynn, dialect=Dialect(pynn, nest))
-    sys.path.insert(0, str(path.parent))
     try:
-        return scope.run(path, name="__main__")
-    except (NrpError, SyntaxError) as error:
-        raise scope.located(error, NetworkError, path) from error
-    except AttributeError as error:
-        if error.obj is not nest:
-            raise
-        refused = NetworkError(str(error)).with_traceback(error.__traceback__)
-        raise scope.located(refused, NetworkError, path) from error
+        return run_as_main(path, pynn, Dialect(pynn, nest), refusing=nest)
     finally:
         kernel.close()
 

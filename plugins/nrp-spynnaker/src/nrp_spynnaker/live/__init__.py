@@ -11,9 +11,8 @@ from types import MappingProxyType, ModuleType
 from typing import Any, Final
 
 import nrp_core.pynn
-from nrp_core.errors import ExperimentError, NetworkError, NrpError
-from nrp_core.network.files.script import scope_of
-from nrp_core.pynn.languages import reading_of
+from nrp_core.errors import ExperimentError
+from nrp_core.pynn.runners import run_as_main
 from nrp_spynnaker.dialect import Dialect
 from nrp_spynnaker.dialect.connections import Hub
 from nrp_spynnaker.live.clock import SimulatedClock, stops_elsewhere
@@ -45,15 +44,8 @@ def run_script(
     pynn = nrp_core.pynn.new_simulator(state, LabelledRecorder)
     vars(pynn)["setup"] = partial(pynn.setup, backend=BACKEND, options=OPTIONS)
     dialect = Dialect(pynn, *_running(pynn, state), state.hub, of_script=True)
-    reading = reading_of(path)
-    state.warn(reading.remarks(path))
-    modules = {**reading.modules, **clock.modules()}
-    scope = scope_of(pynn, modules=modules, dialect=dialect, compiled=reading.compiled)
     try:
-        with reading.running():
-            return scope.run(path, name="__main__")
-    except (NrpError, SyntaxError) as error:
-        raise scope.located(error, NetworkError, path) from error
+        return run_as_main(path, pynn, dialect, modules=clock.modules())
     finally:
         state.close()
 
