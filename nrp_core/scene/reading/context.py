@@ -16,6 +16,7 @@ from urllib.parse import unquote
 
 from nrp_core import xml as xml_tree
 from nrp_core._support.audit_events import SEARCHES
+from nrp_core._support.text import join_with_limit
 from nrp_core.errors import BackendError, SceneError
 from nrp_core.findings import Code, Finding, Findings, Level, merged
 from nrp_core.registry import Registry
@@ -385,7 +386,7 @@ def _joined(findings: Sequence[Finding]) -> Finding:
     others = list(dict.fromkeys(each.subject for each in findings if each.subject != first.subject))
     if not others:
         return replace(first, count=len(findings))
-    names = ", ".join(f"'{name}'" for name in others[:_NAMED]) + (", ..." if len(others) > _NAMED else "")
+    names = join_with_limit([f"'{name}'" for name in others], _NAMED)
     return replace(first, message=f"{first.message}; also {names}", count=len(findings))
 
 
