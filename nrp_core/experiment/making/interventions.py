@@ -22,6 +22,7 @@ from nrp_core.findings import Code, Level
 from nrp_core.network.changes import WEIGHTS
 from nrp_core.network.data import Network
 from nrp_core.network.interventions import Intervention, Synapses
+from nrp_core.scene.bodies import free_name
 from nrp_core.seeds import Seeds
 
 _KEYS: Final = ("brain", "interventions")
@@ -128,7 +129,8 @@ class Interventions:
         self._actions: dict[str, Action] = {}
         taken = set(experiment.events)
         for intervention in experiment.brain.interventions:
-            name = _free(intervention.name, taken)
+            name = free_name(intervention.name, taken)
+            taken.add(name)
             change = intervention.change
             if intervention.activate is not None:
                 _drive(brain, intervention.activate, intervention.at, name)
@@ -199,13 +201,3 @@ def _require_lasting(network: Network, affected: Container[str], name: str) -> N
                 f"'{name}' changes weights during the run, but projection '{projection.label}' {why}; "
                 "leave out 'at'"
             )
-
-
-def _free(name: str, taken: set[str]) -> str:
-    """Return a free name, with a number if needed, and add it to the taken ones."""
-    number, free = 1, name
-    while free in taken:
-        number += 1
-        free = f"{name}_{number}"
-    taken.add(free)
-    return free

@@ -49,6 +49,7 @@ from nrp_core.recording.writing import encoding
 from nrp_core.recording.writing.encoding import Parts, TransformsEncoder
 from nrp_core.recording.writing.frames import Frames, SceneFrames
 from nrp_core.recording.writing.scenery import PlacedVisual, scene_update, shown_visuals
+from nrp_core.scene.bodies import free_name
 from nrp_core.scene.model import Rgba, Scene
 from nrp_core.world.model_states import MODEL_STATES
 from nrp_core.world.topics import Stamped, TopicInfo
@@ -351,7 +352,7 @@ class DeviceRecords(Signal):
         shown: dict[str, _Device] = {}
         for port in self._devices:
             if port.quantity is not None:
-                topic = _free(device_topic(port.name, port.quantity), shown)
+                topic = free_name(device_topic(port.name, port.quantity), shown)
                 shown[topic] = kept.get(id(port)) or _Device(port, port.quantity, topic, last.get(topic))
         return list(shown.values())
 
@@ -379,15 +380,6 @@ def _differ(value: Any, last: Any) -> bool:
     if isinstance(value, float):  # the common case, and NumPy's comparison is slow
         return bool(value != last)
     return not np.array_equal(value, last)
-
-
-def _free(topic: str, taken: Mapping[str, object]) -> str:
-    """Return the topic, with a number appended if another device has the same."""
-    number, free = 1, topic
-    while free in taken:
-        number += 1
-        free = f"{topic}_{number}"
-    return free
 
 
 PERIOD_NS = 40_000_000

@@ -30,6 +30,7 @@ from nrp_core.dsl import spike_recorder
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment import Plan
 from nrp_core.recording import Role, Series
+from nrp_core.recording.layout import device_topic
 from nrp_core.simulation import Determinism
 from nrp_lab.comparison.signals import RunSignals
 
@@ -280,7 +281,7 @@ def _by_topic(ports: Iterable[Any]) -> Iterator[tuple[str, Any]]:
     taken: set[str] = set()
     for port in ports:
         if port.quantity is not None:
-            topic = first = f"/brain/devices/{port.name}/{port.quantity}"
+            topic = first = device_topic(port.name, port.quantity)
             number = 1
             while topic in taken:
                 number += 1
