@@ -59,16 +59,15 @@ class Surveyed:
         return f"{self.reason}; try: {self.remedy}" if self.remedy else self.reason
 
 
-def survey(*, refresh: bool = False, timeout_s: float = TIMEOUT_S) -> list[Surveyed]:
+def survey(*, refresh: bool = False) -> list[Surveyed]:
     """Examine all installed backends and return them sorted by kind and name.
 
     Args:
         refresh: ignore cached results.
-        timeout_s: the time limit of each backend, s.
     """
     found = [(kind, provider) for kind, registry in KINDS.items() for provider in registry().providers()]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(lambda item: examine(*item, refresh=refresh, timeout_s=timeout_s), found))
+        return list(pool.map(lambda item: examine(*item, refresh=refresh), found))
 
 
 def examine(

@@ -9,8 +9,7 @@ from nrp_core.brain.capabilities import Report
 from nrp_core.errors import CapabilityError
 from nrp_core.experiment.backends import named_errors
 from nrp_core.experiment.making.maker import build_here, with_parameters
-from nrp_core.experiment.making.plan import ProgressCallback, no_progress
-from nrp_core.experiment.making.prepare import build_network, building, select_backend
+from nrp_core.experiment.making.prepare import build_network, select_backend
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Build, Experiment
 from nrp_core.findings import Code
@@ -36,14 +35,11 @@ class Account:
     reports: tuple[Report, ...]
 
 
-def account_of(
-    experiment: Experiment, progress: ProgressCallback = no_progress, build: Build = build_here
-) -> Account:
+def account_of(experiment: Experiment, build: Build = build_here) -> Account:
     """Build the network of an experiment and return the reports of its brain backend about it.
 
     Args:
         experiment: the experiment.
-        progress: called with the name of each task as it begins.
         build: makes the network; by default in this process.
 
     Raises:
@@ -60,13 +56,11 @@ def account_of(
         raise CapabilityError(
             f"the brain backend '{name}' has no reports about networks; these have: {others}"
         )
-    progress(building(experiment))
     experiment, _ = with_parameters(experiment, collector)
     network = build_network(experiment, collector, build)
     collector.raise_errors()
     assert network is not None
     side.capabilities.require(network, name)
-    progress("collecting reports about the network")
     with collector.during(Code.NRP216, "brain", "model"), named_errors(name, "report about the network"):
         reports = side.backend.reports(network, side.options)
     collector.raise_errors()

@@ -56,12 +56,12 @@ class CellModel:
         return given | self.fixed.keys() | (CELLS[self.cell_type].parameters.keys() - self.parameters.keys())
 
 
-def _lif(e_l: float = -70.0, v_reset: float = -70.0) -> dict[str, NestParameter]:
+def _lif(v_reset: float = -70.0) -> dict[str, NestParameter]:
     return {
         "cm": NestParameter("C_m", _KILO, 250.0),
         "tau_m": NestParameter("tau_m", 1.0, 10.0),
         "tau_refrac": NestParameter("t_ref", 1.0, 2.0),
-        "v_rest": NestParameter("E_L", 1.0, e_l),
+        "v_rest": NestParameter("E_L", 1.0, -70.0),
         "v_reset": NestParameter("V_reset", 1.0, v_reset),
         "v_thresh": NestParameter("V_th", 1.0, -55.0),
         "i_offset": NestParameter("I_e", _KILO, 0.0),

@@ -7,10 +7,10 @@ import hashlib
 import json
 import os
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass, field, replace
 from functools import cache
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 from nrp_core.errors import ExperimentError
@@ -150,8 +150,8 @@ JOURNALS = "journal*.jsonl"
 """Jobs of a cluster write their own journals."""
 
 
-class Journal:
-    """A file that records are added to, by one process at a time.
+class Journal(AbstractContextManager["Journal"]):
+    """A file that records are added to within a block, by one process at a time.
 
     Raises:
         ExperimentError: another process adds to it, or it cannot be written.
@@ -182,7 +182,7 @@ class Journal:
                 data = data[os.write(self._descriptor, data) :]
             os.fsync(self._descriptor)
 
-    def close(self) -> None:
+    def __exit__(self, *_: object) -> None:
         """Let other processes add to it."""
         os.close(self._descriptor)
 
@@ -192,14 +192,6 @@ class Journal:
         with writing(self._path):
             os.ftruncate(self._descriptor, data.rfind(b"\n") + 1)
             os.lseek(self._descriptor, 0, os.SEEK_END)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 def _keep(digest: str, dependencies: Dependencies, folder: Path) -> None:
