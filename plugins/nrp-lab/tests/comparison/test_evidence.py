@@ -1,4 +1,4 @@
-"""Whose doing a behaviour is: the decoder as a regression and as a brain, and the verdict on controls."""
+"""What a behaviour needs: the decoder as a regression and as a brain, and the verdict on controls."""
 
 from __future__ import annotations
 

@@ -111,7 +111,7 @@ class Doing(StrEnum):
     DECODER = "The behaviour needs only the decoder"
     SIMULATOR = "The behaviour depends on the simulator"
     BRAIN = "The behaviour needs a brain, but not this wiring"
-    OPEN = "Whose doing the behaviour is, is not decided by {n} runs"
+    OPEN = "{n} runs do not decide what the behaviour needs"
 
 
 def doing_of(parts: Iterable[Mapping[str, Relation]]) -> Doing:
@@ -160,7 +160,7 @@ class Evidence:
 
     @property
     def doing(self) -> Doing:
-        """Whose doing the finding is."""
+        """What the finding needs."""
         parts = [part for judged in self.finding for part in judged.parts]
         return doing_of({one.other: one.relation(part.margin) for one in part.contrasts} for part in parts)
 
