@@ -497,8 +497,8 @@ class Code(Enum):
         Weight.INCOMPLETE,
     )
     NRP386 = Explanation(
-        "An object that a robot holds or carries slides, although friction would hold it.",
-        "Friction in MuJoCo yields under a constant load: the object leaves the grasp after a while.",
+        "An object that a robot holds or carries slides, although friction should hold it.",
+        "MuJoCo's friction yields under a constant load: the object leaves the grasp after a while.",
         "Set the option `impratio` of the world to 100.",
         "{n} held objects slide",
         Weight.ALTERED,

@@ -27,8 +27,8 @@ class MujocoOptions(PhysicsOptions):
         Field(
             ge=1,
             le=1000,
-            description="by how much friction is harder than contacts; held objects do not slide with 100. "
-            "By default that of the scene's MJCF file, or 1",
+            description="ratio of the impedances of friction and contacts; held objects hardly slide with "
+            "100. By default that of the scene's MJCF file, or 1",
         ),
     ] = None
 

@@ -1,4 +1,4 @@
-"""Finds held objects that slide although friction would hold them."""
+"""Finds held objects that slide although friction should hold them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SAMPLES = 4
 _SLOW = 2e-4
 """Speeds below are not reported, m/s: less than 1 mm in 5 s."""
 _RESERVE = 0.9
-"""Contacts with more of their friction in use may slide in reality."""
+"""Contacts that use a larger share of their friction may slide in reality."""
 
 
 class Creep:
@@ -64,7 +64,7 @@ class Creep:
         ]
 
     def _sliding(self) -> dict[tuple[str, str], float]:
-        """Return the speeds of contacts that friction would hold, by object and holder, m/s."""
+        """Return the speeds of contacts that friction should hold, by object and holder, m/s."""
         contacts, found = self._data.contact, dict[tuple[str, str], float]()
         pairs, rows = contacts.geom, contacts.efc_address
         one, other = pairs.T

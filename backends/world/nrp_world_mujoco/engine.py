@@ -132,9 +132,8 @@ class MujocoEngine(JointedEngine):
             self._step(steps)
         self._stale = True
         for held, holder, speed in self._creep.after(steps):
-            message = (
-                f"'{held}' slides along '{holder}' at {1e3 * speed:.2g} mm/s, although friction holds it"
-            )
+            speed_mm = f"{1e3 * speed:.2g} mm/s"
+            message = f"'{held}' slides along '{holder}' at {speed_mm}, although friction should hold it"
             self.warnings.add(Code.NRP386, message, subject=held)
         if SAID or self._warned.tobytes() != self._calm:
             self._report_warnings()
