@@ -40,7 +40,7 @@ _UNSEARCHED = (
     "docs/reference/speed.md",
     "docs/reference/spynnaker-public-scripts.md",
 )
-"""Tables of results, decisions and changes, which hide the pages that a reader needs."""
+"""Tables of results, decisions and changes, which would hide the pages that a reader needs."""
 
 
 def is_searched(file: PurePosixPath) -> bool:
