@@ -208,7 +208,7 @@ class Element:
         return replace(self, attributes=Attributes({**self.attributes, **values}, self.asked_attributes))
 
     def pass_over(self, *tags: str) -> None:
-        """Mark the children with some tags as of no use, so that nothing in them is reported as unread."""
+        """Mark the children with some tags as not needed, so that nothing in them is reported as unread."""
         for child in self.all(*tags):
             child.passed_over = True
 

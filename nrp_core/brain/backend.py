@@ -26,8 +26,8 @@ class BrainOptions(PlainNumbers):
     """Base class of a backend's options in an experiment file; unknown names are errors.
 
     Attributes:
-        before: what the backend did before it had an option, by its name, if that is not the default:
-            recordings of that time are replayed with it.
+        before: for each option whose default changed results when the option was added, the value that gives
+            the earlier results; recordings without the option are replayed with it.
     """
 
     before: ClassVar[Mapping[str, Any]] = {}

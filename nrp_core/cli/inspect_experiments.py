@@ -278,7 +278,7 @@ def _lines(experiment: Experiment, parameters: Parameters) -> Iterator[str]:
     yield f"  brain: {models} in {brain.backend}"
     yield from _parameters("parameter", parameters.brain)
     files = {
-        name: robot.model.name if robot.model else "of the scene" for name, robot in world.robots.items()
+        name: robot.model.name if robot.model else "in the scene" for name, robot in world.robots.items()
     }
     robots = ", ".join(f"{name} ({file})" for name, file in files.items()) or "no robot"
     room = world.scene.name if world.scene else "its own room"

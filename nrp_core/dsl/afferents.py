@@ -37,7 +37,7 @@ class Spindle:
 
     normalized: ClassVar[bool] = False
     _units: ClassVar[float] = 1e3
-    """The length in which the parameters are, per unit of the arguments: mm per m."""
+    """Length unit of the parameters, per unit of the arguments: mm per m."""
 
     ia_bias: float = 50.0
     ia_stretch: float = 2.0
@@ -148,13 +148,13 @@ class TendonOrgan:
 class NormalizedTendonOrgan(TendonOrgan):
     """Rates that are proportional to the tension in peak forces (F0), with the same filter.
 
-    The static rate is ``gain * (F / F0 - threshold)``, at least 0. The default gain is a definition: the peak
-    force has the highest rate.
+    The static rate is ``gain * (F / F0 - threshold)``, at least 0. By definition, the default gain gives
+    the highest rate at the peak force.
 
     Args:
         gain: Hz.
         scale: not used.
-        threshold: the share of the peak force from which on the organs fire.
+        threshold: the share of the peak force above which the organs fire.
     """
 
     normalized: ClassVar[bool] = True

@@ -56,8 +56,8 @@ def map_afferents(
         model: a :class:`Spindle`, or a :class:`TendonOrgan` for ``Ib``; by default
             :class:`NormalizedSpindle` and :class:`NormalizedTendonOrgan`, which use the optimal length and
             the peak force of each muscle.
-        rest: the lengths without stretch by muscle, m, or in optimal lengths if the model is normalised; by
-            default those of the first state, or of a normalised model.
+        rest: for each muscle its length without stretch, m, or in optimal lengths if the model is normalised;
+            by default the length of the first state, or the ``rest`` of a normalised model.
         name: the name of the function; by default it is made of the kind and the group.
         device: the kind of the devices, of which each muscle has one; their noise is that of the device.
         options: options of the devices: ``weight``, ``delay`` for the conduction (ms), and so on.
@@ -113,7 +113,7 @@ class AfferentRates(NamedTuple):
         muscles: their names.
         state: lengths at rest, or the state of filters; None at the start.
         t: the time of this state, s.
-        lowest, highest: the number of samples in which the rate of each muscle was 0, and the highest.
+        lowest, highest: the number of samples in which the rate of each muscle was 0, or ``highest``.
         samples: the number of all samples.
     """
 
@@ -128,7 +128,7 @@ class AfferentRates(NamedTuple):
     def limited(self) -> dict[str, str]:
         """Return the muscles whose rate was at a limit almost always, each with the limit.
 
-        Rates that are 0 while a muscle shortens, as for half of a movement, are as they should be.
+        A rate of 0 while a muscle shortens, as in half of a movement, is normal.
         """
         most = _ALMOST_ALWAYS * self.samples
         ends = (("0", self.lowest), ("at its highest", self.highest))

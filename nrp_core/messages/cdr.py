@@ -400,7 +400,7 @@ def _without_char(kind: Any) -> Any:
 
 
 def _field_kind(field: MessageField) -> Any:
-    """Return a field's type as the library has it."""
+    """Return a field's type as the library writes it."""
     node = (Nodetype.NAME, field.type) if "/" in field.type else (Nodetype.BASE, (field.type, 0))
     if field.length is not None:
         return Nodetype.ARRAY, (node, field.length)

@@ -60,8 +60,8 @@ class Noise:
         mean: mean of the noise, in the unit of the measurement (for images, 1 is full brightness).
         stddev: standard deviation, in the same unit.
         bias_mean, bias_stddev: mean and standard deviation of the size of a bias that is drawn once.
-        drift_stddev: how fast the bias changes, in the unit of the measurement for each root of a second.
-        drift_time_s: the time in which it forgets; without it there is no drift.
+        drift_stddev: how fast the bias changes, in the unit of the measurement per square root of a second.
+        drift_time_s: the correlation time of the drift; 0 for no drift.
         precision: the step to which the measurement is rounded; 0 for none.
         axes: the noise of each number of a vector in place of this one; empty if they are alike.
     """
@@ -96,7 +96,7 @@ class Noise:
         return self.axes or (self,) * count
 
     def changed(self, change: Callable[[Noise], Noise]) -> Noise:
-        """Return the noise with a change of each of its axes."""
+        """Return the noise with each of its axes changed."""
         return replace(self, axes=tuple(map(change, self.axes))) if self.axes else change(self)
 
 
@@ -231,7 +231,7 @@ class MountedDrive:
 
     Attributes:
         joint_fields: fields with the names of the joints that it moves, in their order.
-        servo_fields: those of them with joints that it leads by servos.
+        servo_fields: those of them whose joints it moves by servos.
     """
 
     name: str

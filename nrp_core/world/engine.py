@@ -185,7 +185,7 @@ class ExternalWrenches:
 
 
 def _moved(wrench: Wrench, lever: Vector) -> Wrench:
-    """Return a wrench about a point from which its own is at the end of a lever."""
+    """Return a wrench at the end of a lever as one about the start of the lever."""
     (x, y, z), (fx, fy, fz), (tx, ty, tz) = lever, wrench.force, wrench.torque
     return Wrench(wrench.force, (tx + y * fz - z * fy, ty + z * fx - x * fz, tz + x * fy - y * fx))
 

@@ -21,7 +21,7 @@ HEADING = re.compile(r"^#{1,6} (.+)$", re.MULTILINE)
 FENCE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 ANSWERS = "docs/howto/i-want-to.md"
 FIRST = 5
-"""Pages that a reader looks at."""
+"""The number of pages that a reader looks at."""
 
 QUERIES = {
     "which neuron fired when": "see-which-neuron-fired-when",

@@ -1,4 +1,4 @@
-"""A membrane with exponential conductances, by its integrating factor and Gauss's quadrature.
+"""A membrane with exponential conductances, by its integrating factor and Gaussian quadrature.
 
 Between two events ``v' = d - a (v - v0)``, where the rate a and the drive d at the voltage v0 of the last
 event are sums of a constant and two exponentials. With P the integral of a, which has a closed form::

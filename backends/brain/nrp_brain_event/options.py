@@ -37,7 +37,7 @@ class EventOptions(BrainOptions):
     integration: Literal["quadrature", "steps"] = Field(
         default="quadrature",
         description="how the exact mode computes the voltage of `IF_cond_exp` below its threshold: as an "
-        "integral, or by steps as for the other cells, many times slower and within the same error",
+        "integral, or by steps as for the other cells, many times slower with the same error bound",
     )
     resolution: DurationNs | None = Field(
         default=None,

@@ -191,7 +191,8 @@ def with_robot(scene: Scene, experiment: Experiment, name: str, maker: PartMaker
     """Return a scene with a robot of an experiment, or with additions to a model that it has.
 
     Raises:
-        SceneError: the robot cannot be read, or the scene has a model of its name, or lacks it.
+        SceneError: the robot cannot be read, or the scene already has a model of its name, or has none for a
+            robot without a file.
     """
     section, names = experiment.world.robots[name], [model.name for model in scene.models]
     if section.model is None:

@@ -311,7 +311,7 @@ class RobotSection(Section):
     @model_validator(mode="after")
     def _arguments_of_a_file(self) -> RobotSection:
         if self.args and self.model is None:
-            raise ValueError("'args' are those of a xacro file: give it as 'model'")
+            raise ValueError("'args' are the arguments of a xacro file: give the file as 'model'")
         return self
 
     @property
@@ -513,7 +513,7 @@ class Experiment(Overview, Section):
             ("part", "value"),
             *((f"brain {name}".strip(), path) for name, path in self.brain.files.items()),
             ("scene", self.world.scene or "none"),
-            *((f"robot {name}", robot.model or "of the scene") for name, robot in self.world.robots.items()),
+            *((f"robot {name}", robot.model or "in the scene") for name, robot in self.world.robots.items()),
             *(("transfer functions", path) for path in self.transfer_functions),
             *((f"criterion {name}", "") for name in self.criteria),
             ("seed", self.seed),

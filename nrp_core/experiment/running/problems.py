@@ -127,7 +127,7 @@ def _limited_afferents(functions: Iterable[TransferFunction]) -> Iterator[Findin
             limited = rates.limited() if isinstance(rates, AfferentRates) else {}
             if rates is not None and limited:
                 first, others = next(iter(limited)), len(limited) - 1
-                also = f", as those of {others} more of {len(rates.muscles)} muscles" if others else ""
+                also = f" (at a limit: {others} more of {len(rates.muscles)} muscles)" if others else ""
                 message = f"the {rates.kind} rate of '{first}' was {limited[first]} almost all the time{also}"
                 yield Finding(Code.NRP297, message, Level.NOTE, subject=function.name)
 

@@ -1,7 +1,7 @@
 """Thin convex cells behind the surface of a mesh, for what has convex shapes only: MuJoCo, and moving bodies.
 
 Triangles are first joined to nearly flat convex polygons, then polygons to cells where the surface is convex.
-A cell is the hull of its polygons and of the same moved into the solid.
+A cell is the hull of its polygons and of their copies moved into the solid.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _NONE = np.empty((0, 3))
 _MIN_AREA = 1e-12  # m^2
 _MIN_WIDTH = 1e-4  # m; nothing falls through narrower gaps
 _ALIGNED = 0.8  # minimum cosine of the angle between polygons that are joined to one
-_SMOOTH = 0.9  # the same across an edge where the surface goes on
+_SMOOTH = 0.9  # the same across an edge where the surface continues
 _PASSES = 4
 _NARROWEST, _WIDER, _WIDEST = 1e-3, 2**0.25, 1e3  # m; sides of the cubes in which cells are merged
 
@@ -96,9 +96,9 @@ def boxes_of(found: Sequence[Points]) -> tuple[Points, Points]:
 
 
 def cubes_of(low: Points, high: Points, side: float) -> IntArray:
-    """Return a number for each box, the same for all with their middles in one cube of a side (m).
+    """Return a number for each box, the same for all whose centres are in one cube of the given side (m).
 
-    Boxes with a larger extent have numbers of their own.
+    A box with a larger extent has a number of its own.
     """
     places = np.floor((low + high - 2 * low.min(axis=0, initial=np.inf)) / (2 * side)).astype(np.int64)
     codes = places @ [1 << 42, 1 << 21, 1]
@@ -109,7 +109,7 @@ def cubes_of(low: Points, high: Points, side: float) -> IntArray:
 
 
 def side_for(boxes: Sequence[tuple[Points, Points]], uses: Sequence[int], most: int) -> float:
-    """Return the side (m) of the cubes in which cells must be merged, so that they are few; 0 if they are.
+    """Return the side (m) of the cubes in which cells must be merged to be at most ``most``; 0 if none.
 
     Args:
         boxes: :func:`boxes_of` the cells of each surface.
@@ -127,7 +127,7 @@ def hollow_pieces(triangles: Triangles) -> list[Triangles]:
     """Return a mesh that is not convex as few hulls that leave its inside free, such as that of a cup.
 
     Returns:
-        Nothing if it is convex, or if its cells are so many that hulls of several would fill it.
+        Nothing if it is convex, or if it has so many cells that merging them would fill it.
     """
     found = [
         each for part in concave_parts(triangles) or () for each in cells(part.triangles, part.depth or 0.0)

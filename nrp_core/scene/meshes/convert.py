@@ -23,7 +23,7 @@ MAX_COLORS = 16
 Form = Literal["whole", "colored", "convex", "hollow", "solid", "hull"]
 """One piece, one piece for each colour or image, convex pieces, or the convex hull of all.
 
-``hollow`` are few convex pieces that leave the inside free, or none if there are not such;
+``hollow`` are few convex pieces that leave the inside free, or none if that is not possible;
 ``solid`` are convex pieces if these have the shape of the mesh, and else parts of its surface.
 """
 

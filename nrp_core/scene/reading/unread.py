@@ -26,9 +26,9 @@ SECTIONS: Final = frozenset(
      "limit", "projection", "particle_filter", "fluid_added_mass", "auto_inertia_params", "distortion",
      "depth_camera", "save", "lens", "custom_function", "noise", "axis2", "dynamics", "wind", "clip"}
 )  # fmt: skip
-"""Elements that hold others, which are reported one by one if nothing looks into the whole."""
+"""Elements with children, which are reported one by one if no reader looks into the element."""
 _NO_DEFAULT, _NEVER = "-", "!"
-"""In place of a default: that of elements that are empty by default, or not there."""
+"""Marks in place of a default: the element is empty by default; no value is the default."""
 
 
 def _defaults(text: str) -> dict[str, str]:
@@ -68,7 +68,7 @@ _SILENT: Final = frozenset(
      "heightmap/blend", "heightmap/use_terrain_paging", "heightmap/sampling", "link/audio_sink", "sdf/state",
      "model/disableFixedJointLumping", "joint/disableFixedJointLumping", "joint/preserveFixedJoint"}
 )  # fmt: skip
-"""Elements about programs and pictures of Gazebo that nearly all rooms have, and that change no robot."""
+"""Elements for Gazebo's programs and images that nearly all rooms have and that do not affect robots."""
 _FREE: Final = ("plugin", "state")
 """Elements with contents of their own, which are checked where they are read."""
 _ATTRIBUTES: Final = frozenset(
@@ -146,7 +146,7 @@ def _inside(element: Element, around: Element | None) -> Iterator[Unread]:
 
 
 def _holds_elements(element: Element) -> bool:
-    return bool(element.asked) and element.tag not in ("script", "pose")  # a name as text is of old files
+    return bool(element.asked) and element.tag not in ("script", "pose")  # old files have a name as text
 
 
 def _unread(child: Element, element: Element, around: Element | None) -> Iterator[Unread]:

@@ -276,7 +276,7 @@ def read_placed(parent: Element, source: SdfFile, reading: Reading, *tags: str) 
 
 
 def pass_over_room(root: Element) -> None:
-    """Mark what a file with a robot has besides models as of no use."""
+    """Mark everything but the models in a robot's file as not needed."""
     for holder in (root, *root.all("world")):
         holder.pass_over(*{child.tag for child in holder.children} - {"model", "world", "include"})
 
@@ -297,7 +297,7 @@ def without_surroundings(placed: Sequence[Placed], reading: Reading) -> Sequence
 
 
 def with_unique_links(model: Element, reading: Reading) -> Element:
-    """Return a static model, whose links no joint needs, with unique names of its links."""
+    """Return a static model, to whose links no joint refers, with unique names of links."""
     links = model.all("link")
     names = [link.attributes.get("name", "") for link in links]
     renamed: dict[Element, Element] = {}

@@ -85,8 +85,8 @@ class Camera(Sensor):
         info_topic: absolute topic of its optics, None for none.
         points_topic: absolute topic of the points that it sees, None for none.
         baseline: of the right camera of a pair, its distance from the left one (m), which its ``P`` holds.
-        projection: in place of those of its lens, the focal lengths, the centre and the translation in ``P``,
-            pixels: x and y of each.
+        projection: x and y of the focal lengths, the centre and the translation in ``P``, pixels, if they
+            replace those of the lens.
     """
 
     tag: ClassVar[str] = "camera"

@@ -63,7 +63,7 @@ def test_a_vehicle_at_the_surface_has_the_draught_of_its_mass(open_world):
     world = open_world(SEA + rov(mass, "0 0 -0.03 0 0 0", hydrodynamics(DAMPING), "0 0 -0.02 0 0 0"))
     run(world, 4.0)
     area = SIZE[0] * SIZE[1]
-    draught = (mass - VOLUME) / (1024 * area)  # the air carries a part as well
+    draught = (mass - VOLUME) / (1024 * area)  # the air carries a part, too
     assert world.model_motion("body").pose.position[2] == pytest.approx(SIZE[2] / 2 - draught, abs=1e-4)
 
 

@@ -1,4 +1,4 @@
-"""A node of ROS 2 that knows nothing of the platform but its definitions of messages that ROS lacks.
+"""A node of ROS 2 that uses nothing of the platform but its definitions of messages that ROS lacks.
 
 python ros2_peer.py echo      what comes on /there goes back on /back, as a line and on the topic
 python ros2_peer.py driver    /scan is published as drivers of sensors do: with their best effort only

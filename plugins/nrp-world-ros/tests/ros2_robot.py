@@ -1,4 +1,4 @@
-"""A robot of ROS 2 that is not simulated: it has no watchdog, and a bad network.
+"""A robot of ROS 2 that is not simulated: it has no watchdog and a bad network.
 
 python ros2_robot.py [stamped]    odometry at about 30 Hz with jitter, of which a tenth is lost; on SIGTERM,
                                   JSON with the wall time and the velocity of each command

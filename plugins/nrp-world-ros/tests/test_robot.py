@@ -1,4 +1,4 @@
-"""A loop at wall time and a robot that is not simulated: deadlines, and that it is stopped in any case."""
+"""A loop at wall time and a robot that is not simulated: deadlines, and that it is always stopped."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ class Rotor(Immersed):
 
     @classmethod
     def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> Rotor:
-        """Read a ``MulticopterMotorModel`` with its units and defaults; motors by velocity alone."""
+        """Read a ``MulticopterMotorModel`` with its units and defaults; only motors commanded by velocity."""
         usual = cls("", "")
         joint = model.joint(plugin.require("jointName"))
         link = model.link(plugin.require("linkName")).name
@@ -108,9 +108,7 @@ class RotorPart(MediumPart):
     def write(self, topic: str, message: Any, now_ns: int) -> None:
         number, count = self._rotor.number, len(message.data)
         if number >= count:
-            raise TopicError(
-                f"'{self._model}' has a rotor {number}, but the message on {topic} {count} speeds"
-            )
+            raise TopicError(f"'{self._model}' has a rotor {number}, but {topic} received {count} speeds")
         self.state = min(float(message.data[number]), self._rotor.fastest), self.state[1]
 
     def _push(self, flow: Flow) -> FloatArray:

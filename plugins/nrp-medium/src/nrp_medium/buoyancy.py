@@ -27,7 +27,7 @@ from nrp_core.world import (
 from nrp_medium.element import Flow, Immersed, MediumPart, cross
 
 WATER = 1000.0
-"""The density without any in the file, kg/m^3."""
+"""The density if the file gives none, kg/m^3."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -46,7 +46,7 @@ _IMMOVABLE = 1e12
 """The mass (kg) of a link that is fixed to the world."""
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 _GRIP = 100.0
-"""The share of its velocity error that a shaft loses in a step is this over 1 more than this."""
+"""In a step, a shaft corrects a share of its velocity error: this number divided by itself plus 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -258,7 +258,7 @@ def cross_matrix(vector: Sequence[float]) -> FloatArray:
 
 
 def require_stable(part: MediumPart, owner: str) -> None:
-    """Refuse an added mass that takes the whole inertia away from a link.
+    """Refuse an added mass that cancels the inertia of a link.
 
     Raises:
         SceneError: the sum of both has a direction without inertia, as where the signs of a file are wrong.

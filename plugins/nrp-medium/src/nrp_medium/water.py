@@ -38,7 +38,7 @@ class Thruster(Immersed):
     Args:
         by_speed: whether its speed (rad/s) is commanded, not its thrust (N); both as ``std_msgs/Float64``.
         axis: of the joint, in the frame of the link.
-        state_topic: absolute, of the speed if the thrust is commanded, and the reverse.
+        state_topic: the absolute topic of the speed if the thrust is commanded, else of the thrust.
         coefficient: K, 0 if ``alpha`` are used.
         alpha, wake: of the propeller's diagram, and the wake fraction.
         diameter: m.
@@ -88,7 +88,7 @@ class Thruster(Immersed):
             plugin.number("wake_fraction", usual.wake),
             plugin.positive("propeller_diameter", usual.diameter),
             plugin.positive("fluid_density", usual.density),
-            (lowest, highest) if lowest <= highest else usual.range,  # as Gazebo
+            (lowest, highest) if lowest <= highest else usual.range,  # as in Gazebo
             plugin.number("deadband", 0.0),
         )
 
@@ -164,7 +164,7 @@ class Hydrodynamics(Immersed):
 
         W = -A dv/dt - C_A(v) v - D(v) v
 
-    with ``v`` against the fluid, whose velocity in the world is commanded (``geometry_msgs/Vector3``).
+    with ``v`` relative to the fluid, whose velocity in the world is commanded (``geometry_msgs/Vector3``).
 
     Args:
         current: the velocity before the first command, m/s.

@@ -175,7 +175,7 @@ class RemotePart(PartProxy):
 
 
 _MUCH_NS = 500 * NS_PER_MS
-"""Minimum delay behind a simulator for a warning; shorter ones, as of compiled code, are made up soon."""
+"""Minimum delay behind a simulator for a warning; shorter ones, as from compiling, are soon made up."""
 
 _HANDED_OVER_S = 0.1
 """Time for ROS to send the last messages, s."""

@@ -70,18 +70,18 @@ class Guard:
         """Guard a drive, and wait until the guard has found it.
 
         Raises:
-            SimulationError: the guard has ended, or not found it in time.
+            SimulationError: the guard has ended, or did not find it in time.
         """
         self._write(f"{'stamped' if stamped else 'plain'} {topic}\n".encode())
         assert self._process.stdout is not None
         ready, _, _ = select.select([self._process.stdout], [], [], self._patience_s)
         if not (ready and self._process.stdout.readline()):
             raise SimulationError(
-                f"the process that guards {topic} has not found it within {self._patience_s:g} s"
+                f"the process that guards {topic} did not find it within {self._patience_s:g} s"
             )
 
     def arm(self, topic: str) -> None:
-        """Report the first command of a drive; drives without any belong to others."""
+        """Report the first command of a drive; drives without commands belong to other programs."""
         self._write(f"armed {topic}\n".encode())
 
     def beat(self) -> None:

@@ -143,7 +143,7 @@ class Timekeeper(ABC):
 
     Attributes:
         late_ns: delay of the loop at its last step, ns.
-        missed: the number of steps that were not computed in their time; only the wall does not wait.
+        missed: the number of steps that were not computed in time; only wall time does not wait.
         steps: the number of all steps.
         worst_ns: the largest delay, ns.
     """

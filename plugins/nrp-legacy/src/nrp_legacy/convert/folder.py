@@ -342,7 +342,7 @@ class _Import:
         assert world.scene is not None, "an experiment of that platform always has a room"
         scene = models.copy(world.scene)
         for name, robot in world.robots.items():
-            assert robot.model is not None, "likewise each robot a file"
+            assert robot.model is not None, "each robot of that platform has a file"
             robots[name] = {"model": models.copy(robot.model)}
             plain = Maker().robot(self._experiment, name)
             model = next((one for one in self._scene.models if one.name == name), None)

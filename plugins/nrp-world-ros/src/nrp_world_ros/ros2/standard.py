@@ -116,7 +116,7 @@ class Standard:
     def _set_simulation_state(self, request: Any, response: Any) -> None:
         wanted = request.state.state
         if wanted not in (1, 2):
-            return _refuse(response, 0, "the world can be paused and continued")
+            return _refuse(response, 0, "the world can only be paused and continued")
         if (wanted == 2) == self._world.paused:
             return _refuse(response, response.ALREADY_IN_TARGET_STATE, "")
         self._world.call("/gazebo/pause_physics" if wanted == 2 else "/gazebo/unpause_physics")
@@ -155,7 +155,7 @@ class Standard:
         if not self._has(request.entity, response):
             return None
         if request.set_acceleration or request.state.header.frame_id not in ("", "world"):
-            return _refuse(response, 0, "poses and velocities in the frame 'world' can be set")
+            return _refuse(response, 0, "only poses and velocities in the frame 'world' can be set")
         motion, given = self._world.model_motion(request.entity), request.state
         pose = (
             _pose(given.pose)
@@ -175,7 +175,7 @@ class Standard:
         name = request.name
         if name in names:
             if not request.allow_renaming:
-                return _refuse(response, response.NAME_NOT_UNIQUE, f"there is a model '{name}' already")
+                return _refuse(response, response.NAME_NOT_UNIQUE, f"there already is a model '{name}'")
             name = next(each for i in range(1, 10**6) if (each := f"{request.name}_{i}") not in names)
         text = resource.resource_string
         if not text:

@@ -30,7 +30,7 @@ from typing import Any
 from nrp_core.errors import NrpError
 
 MIDDLEWARES = ("rmw_fastrtps_cpp", "rmw_zenoh_cpp")
-"""Those that use this type support."""
+"""Middlewares that use this type support."""
 
 _IDENTIFIER = b"rosidl_typesupport_fastrtps_c"
 _UNBOUNDED = b"\0"
@@ -140,7 +140,7 @@ class TypeSupport:
             digest: its hash, ``RIHS01_...``.
             encode: returns a message as bytes, with their header.
             decode: returns the message in bytes.
-            empty: returns the message for bytes that are none.
+            empty: returns a message in place of bytes that cannot be decoded.
         """
 
         def from_python(message: Any, number: int) -> bool:
@@ -154,7 +154,7 @@ class TypeSupport:
         def to_python(number: int) -> Any:
             try:
                 return decode(self._messages[number])
-            except NrpError as error:  # of a node that has another type of that name
+            except NrpError as error:  # the sender has another type of that name
                 report(error)
                 return empty()
 
@@ -251,7 +251,7 @@ def _word(address: int) -> int:
 def _cdr_layout(cdr: Any) -> tuple[int, int, int]:
     """Return where a decoder of Fast CDR has its buffer, and the buffer its data and their size.
 
-    A decoder of a known buffer shows it, so that no version of the library is assumed.
+    It is read from a decoder of a known buffer, so it does not depend on the version of the library.
     """
     size, words = 4242, 256
     data, buffer, decoder = (ctypes.create_string_buffer(each) for each in (size, 8 * words, 8 * words))
