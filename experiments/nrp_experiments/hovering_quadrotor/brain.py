@@ -1,4 +1,4 @@
-"""Four groups of cells feel height and climb; two others raise and lower the thrust.
+"""Four groups of cells encode height and vertical speed; two others raise and lower the thrust.
 
 ``below`` and ``falling`` excite ``lift`` and inhibit ``sink``, ``above`` and ``rising`` do the reverse, one
 cell to one cell. A weight of 6 nA is enough to make a cell fire, so that the rates of the groups add up.
@@ -19,7 +19,7 @@ below, above, falling, rising, lift, sink = (
 
 
 def reach(sense, motor, weight, receptor):
-    """Connect each cell of a sense with one of a motor group."""
+    """Connect each cell of a sensory group with one of a motor group."""
     synapse = sim.StaticSynapse(weight=weight, delay=1.0)
     label = f"{sense.label} to {motor.label}"
     sim.Projection(sense, motor, sim.OneToOneConnector(), synapse, receptor_type=receptor, label=label)

@@ -1,4 +1,4 @@
-"""The altimeter drives the cells that feel height and climb; two groups set the thrust of the rotors.
+"""The altimeter drives the cells for height and vertical speed; two groups set the thrust of the rotors.
 
 A quadrotor tips over by itself, so a proportional-differential controller keeps the frame level, as in an
 autopilot. The brain controls the height alone.
@@ -12,8 +12,8 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64MultiArray
 
 CELLS = 40
-HEIGHT = 1.0  # m above the place of the start
-PER_METRE, PER_SPEED, MOST = 150.0, 160.0, 200.0  # Hz of a cell for each m and m/s, and at most
+HEIGHT = 1.0  # m above the start
+PER_METRE, PER_SPEED, MOST = 150.0, 160.0, 200.0  # Hz of a cell per m, per m/s, and at most
 LIFT = 0.02  # m/s^2 for each Hz
 
 MASS, GRAVITY = 0.54, 9.8
@@ -31,7 +31,7 @@ ROTORS = ((1, 1, 1), (-1, -1, 1), (1, -1, -1), (-1, 1, -1))  # forward, left, an
 @nrp.MapSpikeSource("rising", nrp.brain.rising, nrp.poisson, weight=6.0)
 @nrp.Robot2Neuron(triggers=["altimeter"])
 def feel(t, altimeter, below, above, falling, rising):
-    """Drive a group by the error of the height, and one by the vertical speed."""
+    """Drive one group by the height error, and one by the vertical speed."""
     error = PER_METRE * (HEIGHT - altimeter.value.vertical_position)
     climb = PER_SPEED * altimeter.value.vertical_velocity
     below.rate, above.rate = (min(max(each, 0.0), MOST) for each in (error, -error))
@@ -44,12 +44,12 @@ def feel(t, altimeter, below, above, falling, rising):
 @nrp.MapRobotPublisher("rotors", nrp.Topic("/quadrotor/command/motor_speed", Float64MultiArray))
 @nrp.Neuron2Robot()
 def fly(t, lift, sink, imu, rotors):
-    """Set the speeds of the rotors for the thrust of the two groups, and to keep the frame level."""
+    """Set the rotor speeds that give the thrust of the two groups and keep the frame level."""
     if imu.value is None:
         return
     thrust = MASS * max(0.0, GRAVITY + LIFT * (lift.rate - sink.rate) / CELLS)
     turn, rate = imu.value.orientation, imu.value.angular_velocity
-    angles = [2 * part * (1 if turn.w >= 0 else -1) for part in (turn.x, turn.y, turn.z)]  # small ones
+    angles = [2 * part * (1 if turn.w >= 0 else -1) for part in (turn.x, turn.y, turn.z)]  # small angles
     roll, pitch, yaw = (
         -moment * (stiff * angle + damp * speed)
         for moment, stiff, damp, angle, speed in zip(
