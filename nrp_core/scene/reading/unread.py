@@ -114,7 +114,7 @@ def report_unread(roots: Iterable[Element], notes: Notes) -> None:
         tags = dict.fromkeys(f"<{each.tag}>" for each in elements)
         names = list(values if len(values) <= len(tags) else tags)
         said = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
-        message = f"elements of Gazebo without an effect here: {said}"
+        message = f"these elements of Gazebo have no effect here: {said}"
         notes.warn(elements[0], Code.NRP383, message, subject=elements[0].tag, level=Level.NOTE)
 
 

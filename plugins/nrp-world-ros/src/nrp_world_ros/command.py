@@ -46,7 +46,10 @@ def ros_bridge(
         typer.Option(min=0, max=LAST_DOMAIN, help="The domain of ROS 2; by default ROS_DOMAIN_ID, else 0."),
     ] = None,
     stamped: Annotated[
-        bool, typer.Option("--stamped", help="Drives take TwistStamped, as Nav2 and drivers of Jazzy do.")
+        bool,
+        typer.Option(
+            "--stamped", help="Drives take TwistStamped instead of Twist, as Nav2 and drivers of Jazzy do."
+        ),
     ] = False,
     bare_frames: Annotated[
         str | None,
