@@ -9,6 +9,9 @@ from golden import Golden
 
 import nrp_core
 from nrp_core.errors import ExperimentError
+from nrp_core.recording.folder.recording_folder import RecordingFolder
+from nrp_core.recording.recording import Recording
+from nrp_core.recording.replay.replay import Replay, ReplayRequest
 
 BRAIN = "import pyNN.nest as sim\nsim.setup()\ncells = sim.Population(1, sim.IF_curr_exp())\n"
 ARM = """<mujoco model="arm"><worldbody><geom type="plane" size="5 5 .1"/>
@@ -46,8 +49,16 @@ def test_a_robot_that_the_scene_lacks_needs_a_file(experiment, golden: Golden):
         nrp_core.open_run(experiment("  scene: arm.xml\n  robots: {bas: {fixed: true}}\n"))
 
 
-def test_a_robot_stands_in_an_empty_scene(experiment):
+def test_a_robot_stands_in_an_empty_scene_and_its_recording_has_its_own_files_only(
+    experiment, tmp_path: Path
+):
     world = "  scene: empty\n  robots: {arm: {model: arm.xml, pose: [0, 0, 0.5, 0, 0, 0]}}\n"
     with nrp_core.open_run(experiment(world)) as run:
         assert {model.name for model in run.world.scene.models} == {"ground_plane", "arm"}
+        folder = RecordingFolder(run, tmp_path / "recorded")
         run.run()
+        folder.close("finished")
+    files = tmp_path / "recorded" / "experiment"
+    assert {path.name for path in files.iterdir()} == {"experiment.yaml", "arm.xml", "brain.py"}
+    with Replay(Recording(tmp_path / "recorded"), ReplayRequest()) as replay:
+        assert replay.verify().identical

@@ -21,7 +21,7 @@ from platformdirs import user_cache_path
 from pydantic import BaseModel
 
 from nrp_core._support.packages import fingerprint, is_installed, plugin_packages, required_versions
-from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.model.experiment import EMPTY_SCENE, Experiment
 from nrp_core.experiment.model.section import Tree
 from nrp_core.recording.folder.used_files import FilesRead, variable_now, version_of
 from nrp_core.recording.sealing import file_digest
@@ -175,9 +175,12 @@ def _outside(paths: Iterable[Path], own: Path | None) -> list[Path]:
 
 
 def named_files(experiment: Experiment) -> Iterator[Path]:
-    """Return the files that an experiment was read from and those that it names."""
+    """Return the files that an experiment was read from and those that it names.
+
+    The scene ``empty`` is code of the core, which has a fingerprint.
+    """
     yield from _places(experiment.source)
-    yield from _paths(experiment)
+    yield from (path for path in _paths(experiment) if path != EMPTY_SCENE)
 
 
 def _places(tree: Tree) -> Iterator[Path]:
