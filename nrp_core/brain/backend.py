@@ -33,6 +33,21 @@ class BrainOptions(PlainNumbers):
     before: ClassVar[Mapping[str, Any]] = {}
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
+    @property
+    def inner(self) -> Mapping[str, BrainOptions]:
+        """Options of other backends in these, by their place: a dotted name."""
+        return {}
+
+    def names(self) -> list[str]:
+        """Return the names of all options, those of other backends with their places."""
+        more = (f"{place}.{name}" for place, inner in self.inner.items() for name in inner.names())
+        return sorted([*type(self).model_fields, *more])
+
+    def earlier(self) -> dict[str, Any]:
+        """Return :attr:`before`, with that of other backends in these."""
+        more = ((place, *item) for place, inner in self.inner.items() for item in inner.earlier().items())
+        return {**self.before, **{f"{place}.{name}": value for place, name, value in more}}
+
 
 class BrainBackend(ABC):
     """The entry point of a brain simulator. It must be cheap to import and construct.

@@ -4,25 +4,28 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import ValidationError
 from ruamel.yaml import YAML
 
 from nrp_core._support import machine
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.files import replace_file
 from nrp_core._support.json_values import to_jsonable
+from nrp_core.brain.backend import BrainOptions
 from nrp_core.brain.backends import brains
 from nrp_core.clock import NS_PER_S
 from nrp_core.dsl.mappings import write_csv
-from nrp_core.errors import CapabilityError, ExperimentError, RecordingError
+from nrp_core.errors import BackendError, CapabilityError, ExperimentError, RecordingError
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.section import Tree
 from nrp_core.experiment.reading.find import load_experiment
@@ -182,23 +185,28 @@ def recorded_experiment(recording: Recording, overrides: Sequence[str] = ()) -> 
     Raises:
         ExperimentError: it is missing, or invalid.
     """
-    own = recording.folder / EXPERIMENT_NAME
-    overrides = [*overrides, *_options_before(recording.run.get("brain") or {})]
-    if own.is_file():
-        return load_experiment(own, overrides)
-    written = recording.run.get("file")
-    if not written:
+    own, written = recording.folder / EXPERIMENT_NAME, recording.run.get("file")
+    if not own.is_file() and not written:
         raise ExperimentError(f"cannot be run again: it has no {EXPERIMENT_NAME}", path=recording.folder)
-    before = [str(one) for one in recording.run.get("overrides") or ()]
-    return load_experiment(recording.folder / str(written), [*before, *overrides])
+    before = () if own.is_file() else map(str, recording.run.get("overrides") or ())
+    load = partial(load_experiment, own if own.is_file() else recording.folder / str(written))
+    given = [*before, *overrides]
+    experiment = load(given)
+    older = list(_options_before(experiment, (recording.run.get("brain") or {}).get("options", ())))
+    return load([*given, *older]) if older else experiment
 
 
-def _options_before(brain: Mapping[str, Any]) -> Iterator[str]:
+def _options_before(experiment: Experiment, known: Collection[str]) -> Iterator[str]:
     """Yield overrides for options of the brain backend that did not exist when a run was recorded."""
-    if brain.get("backend") in {provider.name for provider in brains().providers()}:
-        for name, value in brains().load(str(brain["backend"])).options.before.items():
-            if name not in brain.get("options", ()):
+    with suppress(BackendError, ValidationError):  # reported where the brain is opened
+        for name, value in _options(experiment).earlier().items():
+            if name not in known:
                 yield f"brain.options.{name}={value}"
+
+
+def _options(experiment: Experiment) -> BrainOptions:
+    brain = experiment.brain
+    return brains().load(brain.backend).options.model_validate(brain.options)
 
 
 def _with_copied_files(tree: Tree, files: Collection[Path], root: Path) -> Any:
@@ -451,7 +459,7 @@ def _about(run: Run, root: Path) -> dict[str, Any]:
         "brain": {
             "backend": experiment.brain.backend,
             "capabilities": run.brain.capabilities,
-            "options": sorted(brains().load(experiment.brain.backend).options.model_fields),
+            "options": _options(experiment).names(),
             "network": run.brain.network.digest,
             **groups_data(run.brain.network),
             "projections": [projection_data(each) for each in run.brain.network.projections],

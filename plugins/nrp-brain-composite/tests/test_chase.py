@@ -4,7 +4,7 @@ import pytest
 
 from nrp_core.experiment import Run, load_experiment
 from nrp_core.recording import Recording
-from nrp_core.recording.folder.recording_folder import RecordingFolder
+from nrp_core.recording.folder.recording_folder import RecordingFolder, recorded_experiment
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayVerdict
 
@@ -61,3 +61,14 @@ def test_a_recorded_chase_is_verified(recording: Recording, request_: ReplayRequ
         outcome = again.verify()
     assert outcome.difference is None
     assert request_ != ReplayRequest() or outcome.verdict is ReplayVerdict.IDENTICAL
+
+
+def test_parts_of_an_earlier_recording_do_what_their_backends_did(
+    recording: Recording, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert "parts.cat.options.integration" in recording.run["brain"]["options"]
+    assert recorded_experiment(recording).brain.options["parts"]["cat"] == {"backend": "event"}
+    monkeypatch.delitem(recording.run["brain"], "options")
+    again = recorded_experiment(recording).brain.options["parts"]
+    assert again["cat"] == {"backend": "event", "options": {"integration": "steps"}}
+    assert again["dog"] == {"backend": "spinnaker"}

@@ -66,3 +66,7 @@ class CompositeOptions(BrainOptions):
         min_length=1,
         description="the parts by name: `{red: {backend: spinnaker}, rest: {backend: event}}`",
     )
+
+    @property
+    def inner(self) -> dict[str, BrainOptions]:
+        return {f"parts.{name}.options": part.loaded[1] for name, part in self.parts.items()}
