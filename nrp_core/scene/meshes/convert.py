@@ -36,11 +36,13 @@ class Wanted:
         form: the pieces.
         submesh: the part of the file to take, empty for all.
         centered: whether the middle of its bounding box is moved to the origin.
+        scale: the size of the file's unit along each axis, m, which the thickness of hollow pieces depends on.
     """
 
     form: Form
     submesh: str = ""
     centered: bool = False
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
 
 def parse(data: bytes, suffix: str, beside: ReadBeside) -> tuple[list[Surface], int]:
@@ -87,7 +89,8 @@ def pieces_of(surfaces: Sequence[Surface], wanted: Wanted) -> list[Surface]:
     if wanted.form == "hollow":
         from nrp_core.scene.meshes.cells import hollow_pieces  # compiled code takes time to load
 
-        return [Surface(frozenset(), piece) for piece in hollow_pieces(concatenate(surfaces))]
+        found = hollow_pieces(concatenate(surfaces) * wanted.scale)
+        return [Surface(frozenset(), piece / wanted.scale) for piece in found]
     if wanted.form in ("convex", "solid"):
         return [Surface(frozenset(), piece) for piece in convex_pieces(concatenate(surfaces))]
     if wanted.form == "hull":

@@ -252,7 +252,8 @@ def _mesh(shape: Element, form: Form, reading: Reading, *, alone: bool, hollow: 
     scale = shape.find("scale")
     x, y, z = scale.numbers(3) if scale else (1.0, 1.0, 1.0)
     try:
-        pieces = _pieces(uri, _wanted(shape, "hollow"), reading) if hollow else []
+        size = abs(x), abs(y), abs(z)
+        pieces = _pieces(uri, _wanted(shape, "hollow", size), reading) if hollow and all(size) else []
         pieces = pieces or _pieces(uri, _wanted(shape, form), reading)
     except SceneError as error:
         subject = _missing_package(uri, reading)
@@ -351,8 +352,8 @@ def _pieces(uri: Element, wanted: Wanted, reading: Reading) -> list[Piece]:
     return mesh_pieces(path, wanted)
 
 
-def _wanted(shape: Element, form: Form) -> Wanted:
+def _wanted(shape: Element, form: Form, scale: Vector = (1.0, 1.0, 1.0)) -> Wanted:
     submesh = shape.section("submesh")
     if form in ("convex", "hollow", "solid") and shape.attributes.get("optimization") == "convex_hull":
         form = "hull"
-    return Wanted(form, submesh.word("name"), submesh.flag("center", False))
+    return Wanted(form, submesh.word("name"), submesh.flag("center", False), scale)

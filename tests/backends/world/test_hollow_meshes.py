@@ -121,15 +121,16 @@ def cup() -> np.ndarray:
 
 
 @pytest.mark.one_of(2)
-@pytest.mark.parametrize("sides", [1, 2])
-def test_a_ball_stays_in_a_bin_that_moves(open_world, advance, tmp_path, sides):
+@pytest.mark.parametrize(("sides", "units"), [(1, 1000), (2, 1)])
+def test_a_ball_stays_in_a_bin_that_moves(open_world, advance, tmp_path, sides, units):
     surface = cup()
-    write_stl(tmp_path / "house.stl", np.concatenate([surface, surface[:, ::-1]][:sides]))
+    write_stl(tmp_path / "house.stl", units * np.concatenate([surface, surface[:, ::-1]][:sides]))
     inertial = "<inertial><mass>20</mass><inertia><ixx>2</ixx><iyy>2</iyy><izz>2</izz></inertia></inertial>"
     text = WORLD.format(place="0.1 0 1.5").replace(
         '<static>1</static><link name="l">', f'<link name="l">{inertial}', 1
     )
-    (tmp_path / "room.sdf").write_text(text)
+    scale = f"</uri><scale>{f'{1 / units} ' * 3}</scale>"
+    (tmp_path / "room.sdf").write_text(text.replace("</uri>", scale, 1))
     scene = read_scene(tmp_path / "room.sdf")
     assert len(scene.models[0].links[0].collisions) <= MAX_HOLLOW
     assert not [each for each in scene.warnings if each.code == Code.NRP258]
