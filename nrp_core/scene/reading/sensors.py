@@ -374,12 +374,12 @@ def _read_sensor(
     if found is None:
         message = f"sensors of type '{kind}' are not simulated{hint_if_close(kind, sensor_types())}"
         reading.notes.warn(sensor, Code.NRP262, message, subject=kind)
-        sensor.passed_over = True
+        sensor.pass_over(*(child.tag for child in sensor.children))  # it may be a renamed copy
     elif found.on_joint != on_joint:
         holder = "joint" if found.on_joint else "link"
         message = f"the sensor '{name}' is left out: a sensor of type '{kind}' belongs in a <{holder}>"
         reading.notes.warn(sensor, Code.NRP262, message, subject=kind)
-        sensor.passed_over = True
+        sensor.pass_over(*(child.tag for child in sensor.children))  # it may be a renamed copy
     else:
         read = found.read(sensor, mount, reading)
         _warn_of_unread(sensor, reading)

@@ -418,8 +418,14 @@ def test_systems_that_every_backend_is_are_not_warned_of(model: ModelReader, sys
     assert read.warnings == ()
 
 
-@pytest.mark.parametrize("system", ["multicopter-motor-model", "thruster"])
+@pytest.mark.parametrize("system", ["wind-effects", "thermal"])
 def test_systems_that_are_not_simulated_are_named_in_a_warning(model: ModelReader, system: str) -> None:
     read = model(f'<link name="base"><inertial/></link><plugin name="x" filename="gz-sim-{system}-system"/>')
     name = "".join(word.capitalize() for word in system.split("-"))
     assert f"the plugin '{name}' is unknown and has no effect" in str(read.warnings[0])
+
+
+def test_of_a_sensor_that_is_not_simulated_nothing_else_is_reported(model: ModelReader) -> None:
+    radio = '<sensor name="radio" type="transceiver"><update_rate>5</update_rate><power>1</power></sensor>'
+    said = [(each.code, each.subject) for each in model(BASE.format(radio * 2)).warnings]
+    assert sorted(map(str, said)) == ["(Code.NRP262, 'transceiver')", "(Code.NRP266, 'radio')"]
