@@ -36,7 +36,7 @@ class Wanted:
         form: the pieces.
         submesh: the part of the file to take, empty for all.
         centered: whether the middle of its bounding box is moved to the origin.
-        scale: the size of the file's unit along each axis, m, which the thickness of hollow pieces depends on.
+        scale: the size of the file's unit along each axis, m; hollow pieces have a thickness in m.
     """
 
     form: Form
