@@ -334,15 +334,23 @@ _OF_SOLVERS: Final = (
 
 def _step_s(world: Element) -> float | None:
     """Return the time step that the ``<physics>`` of a world asks for, s."""
-    for physics in world.all("physics"):
-        physics.pass_over(*_OF_SOLVERS)
-    step = world.find("physics", "max_step_size")
+    step = _physics(world).find("max_step_size")
     return None if step is None else step.numbers(1)[0]
+
+
+def _physics(world: Element) -> Element:
+    """Return the ``<physics>`` of a world: the first that is the default, or else the first."""
+    every = world.all("physics") or [world.section("physics")]
+    chosen = next((each for each in every if each.is_set("default")), every[0])
+    for physics in every:
+        physics.passed_over = physics is not chosen
+    chosen.pass_over(*_OF_SOLVERS)
+    return chosen
 
 
 def _gravity(world: Element) -> Vector:
     """Return the gravity of a world; up to SDF 1.5 it is in ``<physics>``."""
-    gravity = world.find("gravity") or world.find("physics", "gravity")
+    gravity = world.find("gravity") or _physics(world).find("gravity")
     if gravity is None:
         return _GRAVITY
     x, y, z = gravity.numbers(3)

@@ -42,6 +42,14 @@ def test_gravity_is_earths_unless_the_world_or_its_physics_say(world: WorldReade
     assert world(old, version="1.4").gravity == (0, 0, -3)
 
 
+def test_the_default_of_several_physics_is_used(world: WorldReader) -> None:
+    physics = "<physics{}><max_step_size>{}</max_step_size></physics>"
+    scene = world(physics.format("", 0.001) + physics.format(' default="true"', 0.002))
+    assert scene.step_s == 0.002
+    assert not scene.warnings
+    assert world(physics.format("", 0.001) + physics.format("", 0.002)).step_s == 0.001
+
+
 def test_models_without_a_world_are_a_scene(write: Writer) -> None:
     assert [m.name for m in read_scene(write(f'<model name="a">{LINK}</model>')).models] == ["a"]
 
