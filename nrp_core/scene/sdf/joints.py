@@ -283,6 +283,7 @@ def read_world_joints(
             name, kind = joint.attribute("name"), joint.attribute("type")
             message = f"the joint '{name}' between two models is {kind}, which is not simulated: left out"
             reading.notes.warn(joint, Code.NRP260, message, subject=name)
+            joint.passed_over = True
         else:
             yield owner, row
 
@@ -401,6 +402,8 @@ def with_gears(
     for gearbox in model.all("joint"):
         if gearbox.attribute("type") != "gearbox":
             continue
+        for axis in gearbox.all("axis", "axis2"):
+            axis.pass_over("limit", "dynamics")  # the joints that it couples have their own
         body = gearbox.find("gearbox_reference_body")
         if body is None:
             _warn_of_gearbox(gearbox, "it has no <gearbox_reference_body>", reading)
@@ -425,7 +428,7 @@ def with_gears(
 
 
 def _warn_of_gearbox(gearbox: Element, why: str, reading: Reading) -> None:
-    name = gearbox.attribute("name")
+    name, gearbox.passed_over = gearbox.attribute("name"), True
     reading.notes.warn(gearbox, Code.NRP260, f"the gearbox '{name}' is left out: {why}", subject=name)
 
 
