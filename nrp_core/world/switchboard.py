@@ -244,7 +244,7 @@ class Switchboard:
     def connect(self, part: Part, model: Sequence[Part] = ()) -> None:
         """Add the topics of a part; subscribers of topics with the same names stay subscribed.
 
-        Several parts of one model may obey one topic of commands.
+        Several parts of one model may obey one topic of commands; those of others, too, if it is the same.
 
         Args:
             part: the part.
@@ -258,7 +258,7 @@ class Switchboard:
                 is_command = known.direction is topic.direction is Direction.IN and known.type is topic.type
                 is_same = (topic.name in part.number_topics) == (topic.name in self._layouts)
                 sharing = self._parts.get(topic.name, [])
-                if is_command and is_same and any(each in model for each in sharing):
+                if is_command and is_same and (known == topic or any(each in model for each in sharing)):
                     sharing.append(part)
                     continue
                 who = f"{known.what} and {topic.what}"

@@ -66,6 +66,8 @@ def test_a_rotor_turns_its_joint_slower_than_itself(open_world):
 def test_a_command_without_a_speed_for_each_rotor_is_refused(open_world):
     with pytest.raises(NrpError, match="rotor 3"):
         spin(open_world(quadrotor()), HOVER, HOVER, HOVER, seconds=0.01)
+    with pytest.raises(NrpError, match="finite"):
+        spin(open_world(quadrotor()), HOVER, HOVER, HOVER, float("nan"), seconds=0.01)
 
 
 LIFT, DRAG, AREA, DENSITY, WEIGHT = 4.0, 0.4, 0.5, 1.2, 1.0

@@ -136,10 +136,15 @@ def test_a_vehicle_reaches_the_speed_at_which_drag_is_thrust(open_world, by_spee
     assert world.joint_states("body").velocities[0] == pytest.approx(speed, rel=0.02)
 
 
-def test_a_current_takes_a_vehicle_along(open_world):
-    world = open_world(UNIFORM + rov(1000 * VOLUME, more=hydrodynamics(DAMPING)))
+def test_a_current_takes_all_vehicles_along(open_world):
+    one = rov(1000 * VOLUME, more=hydrodynamics(DAMPING))
+    two = one.replace('name="body"', 'name="other"').replace("<pose>0 0 -2", "<pose>3 0 -2")
+    world = open_world(UNIFORM + one + two)
     world.advertise("/ocean_current").publish(Vector3(0.3, -0.2, 0.0))
-    run(world, 4.0)
+    run(world, 2.0)
+    world.delete("other")
+    world.advertise("/ocean_current").publish(Vector3(0.3, -0.2, 0.0))
+    run(world, 2.0)
     assert world.model_motion("body").linear == pytest.approx((0.3, -0.2, 0), abs=3e-3)
 
 

@@ -23,6 +23,7 @@ from nrp_core.world import (
     TopicInfo,
     Vector,
 )
+from nrp_core.world.topics import require_finite
 from nrp_medium.element import Flow, Immersed, MediumPart, cross
 
 
@@ -109,6 +110,7 @@ class RotorPart(MediumPart):
         number, count = self._rotor.number, len(message.data)
         if number >= count:
             raise TopicError(f"'{self._model}' has a rotor {number}, but {topic} received {count} speeds")
+        require_finite(topic, message.data.tolist())
         self.state = min(float(message.data[number]), self._rotor.fastest), self.state[1]
 
     def _push(self, flow: Flow) -> FloatArray:

@@ -234,7 +234,7 @@ class HydrodynamicsPart(MediumPart):
         if water.added_mass is not None:
             self.added_mass = np.array([water.added_mass])
             require_stable(self, f"the drive '{water.name}' of '{model.name}'")
-        what = f"velocity of the water around {model.name}, m/s"
+        what = "velocity of the water, m/s"  # one for all models, so that they share the topic
         self.topics = (TopicInfo(water.command_topic, Vector3, Direction.IN, what=what),)
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
