@@ -287,10 +287,16 @@ def test_a_saved_state_continues_as_before(open_world):
     run(world, 0.5)
     saved = world.snapshot()
     ways = []
-    for goes_back in (lambda: None, lambda: world.restore(saved)):
+    for goes_back in (
+        lambda: None,
+        lambda: world.restore(saved),
+        lambda: (world.reset(), world.restore(saved)),
+    ):
         goes_back()
         run(world, 0.3)
         ways.append(world.model_motion("body"))
+    for each in ways[1:]:
+        assert each.linear == pytest.approx(ways[0].linear, abs=1e-12)
     world.reset()
     world.advertise("/model/body/joint/shaft/cmd_thrust").publish(Float64(15.0))
     run(world, 0.8)

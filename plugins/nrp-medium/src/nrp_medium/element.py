@@ -122,6 +122,7 @@ class MediumPart(Part):
         self.added_mass: FloatArray | None = None
         self.current: Vector = (0.0, 0.0, 0.0)
         self.state: Any = None
+        self._rates: dict[str, float] = {}  # of the shafts
         self._wrenches = np.zeros((len(links), 6))  # of the present step
         self._before: FloatArray | None = None  # velocities at its start
 
@@ -142,6 +143,7 @@ class MediumPart(Part):
     def _turn(self, joint: str, rate: float) -> None:
         """Turn a shaft (rad/s), if the engine moves joints."""
         if self._engine.capabilities.joint_control and joint in self._shafts:
+            self._rates = {**self._rates, joint: rate}
             grip = _GRIP * self._shafts[joint] / self._step_s
             self._engine.set_servo_target(self._model, joint, ServoTarget(damping=grip, velocity=rate))
 
@@ -157,15 +159,17 @@ class MediumPart(Part):
         self._before = None
 
     def reset(self) -> None:
-        self.state, self._before, self.deadline_ns = self._start(), None, None
+        self.state, self._before, self.deadline_ns, self._rates = self._start(), None, None, {}
 
     def save(self) -> object:
-        return self.state, self.current, self._wrenches, self._before, self.deadline_ns
+        return self.state, self.current, self._wrenches, self._before, self.deadline_ns, self._rates
 
     def restore(self, saved: Any) -> None:
-        self.state, self.current, wrenches, self._before, self.deadline_ns = saved
+        self.state, self.current, wrenches, self._before, self.deadline_ns, self._rates = saved
         if self.deadline_ns is not None:
             self._set(self._flow(), wrenches)
+        for joint, rate in self._rates.items():
+            self._turn(joint, rate)
 
     def _apply(self, now_ns: int) -> None:
         """Apply the wrenches for the next step."""
