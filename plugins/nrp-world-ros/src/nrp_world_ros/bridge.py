@@ -17,11 +17,10 @@ from nrp_core.messages.geometry_msgs import Twist
 from nrp_core.world import Closing, Code, Direction, Findings, Scene, Stamped, Subscription, TopicInfo, World
 
 from nrp_world_ros.frames import TF, TF_STATIC, Frames
+from nrp_world_ros.guard import UNSTAMPED, TwistStamped
 from nrp_world_ros.node import PATIENCE_S, Node, Publisher, ros_type
 from nrp_world_ros.timekeeping import CLOCK, Sent
 from nrp_world_ros.urdf import described, urdf
-
-TwistStamped = ros_type("geometry_msgs/msg/TwistStamped")
 
 _PATIENCE_S = 5.0
 """Time in which nodes that run already have found this one, s."""
@@ -186,8 +185,6 @@ class Style:
 
 
 PLAIN = Style()
-UNSTAMPED = "_unstamped"
-"""The end of the topic of a drive whose controller also takes ``TwistStamped``, on a topic without it."""
 
 
 @dataclass(slots=True)

@@ -34,7 +34,7 @@ from nrp_core.world import (
     Wrench,
 )
 
-from nrp_world_ros.guard import Guard, TwistStamped, velocity
+from nrp_world_ros.guard import UNSTAMPED, Guard, TwistStamped, velocity
 from nrp_world_ros.joining import join
 from nrp_world_ros.node import DEPTH, Node, Publisher
 from nrp_world_ros.options import RosOptions, TimeSource
@@ -207,9 +207,10 @@ class RosEngine(Engine):
         self._begun = False
         self._was_late = False
         self._drives = {drive.command_topic for model in scene.models for drive in model.drives}
+        self._driven: dict[str, Publisher] = {}
         self._guard: Guard | None = None
         self._stops, self._period_ns = 0, capabilities.step_ns
-        self._heard_s = time.monotonic()
+        self._heard_s = 0.0
         self._node, self._time = self._join()
         self._find_models()
 
@@ -244,33 +245,48 @@ class RosEngine(Engine):
         return None
 
     def tell(self, topic: TopicInfo, message: Any) -> None:
-        stamped, publisher = self._options.stamped and topic.type is Twist, self._outlet(topic)
-        if topic.name not in self._told:
-            self._told.add(topic.name)
-            self._introduce(topic.name)
-            if self._guard is not None and topic.name in self._drives:
-                self._guard.arm(topic.name)
-        if self._was_late and self._guard is not None and topic.name in self._drives:
+        publisher, place = self._outlet(topic), self._place(topic)
+        if place not in self._told:
+            self._told.add(place)
+            self._introduce(place)
+            if self._is_drive(topic):
+                self._driven[place] = publisher
+                if self._guard is not None:
+                    self._guard.arm(place)
+        if self._was_late and self._guard is not None and place in self._driven:
             message = Twist()  # until it has caught up
-        if stamped:
-            message = velocity(message, stamped=True)
         if publisher.peers():
-            publisher.publish(message)
-            self._sent.setdefault(topic.name, []).append(self.now_ns)
+            publisher.publish(velocity(message, stamped=True) if self._is_stamped(topic) else message)
+            self._sent.setdefault(place, []).append(self.now_ns)
+
+    def _is_drive(self, topic: TopicInfo) -> bool:
+        """Return whether a topic has the velocities of a drive; others, of rotors and muscles, have no 0."""
+        return topic.type is Twist and topic.name in self._drives
+
+    def _is_stamped(self, topic: TopicInfo) -> bool:
+        return self._options.stamped and topic.type is Twist
+
+    def _place(self, topic: TopicInfo) -> str:
+        """Return the name of a topic in ROS."""
+        return topic.name.removesuffix(UNSTAMPED) if self._is_stamped(topic) else topic.name
 
     def _outlet(self, topic: TopicInfo) -> Publisher:
-        stamped = self._options.stamped and topic.type is Twist
-        return self._node.publisher(topic.name, TwistStamped if stamped else topic.type)
+        return self._node.publisher(
+            self._place(topic), TwistStamped if self._is_stamped(topic) else topic.type
+        )
 
     def _watch(self) -> None:
         """Start the guard of the drives, before time begins."""
-        options, drives = self._options, self._drives & self._remote.keys()
+        options = self._options
+        drives = {self._place(info) for info in self._remote.values() if self._is_drive(info)}
         if not drives or self._guard is not None or options.time is not TimeSource.WALL:
             return
         silent_s = seconds(options.stop_after + self._period_ns)
         self._guard = Guard(options.ros, options.domain, silent_s, seconds(options.patience))
         for topic in sorted(drives):
             self._guard.watch(topic, stamped=options.stamped)
+        for topic in sorted(self._driven):  # before the first step
+            self._guard.arm(topic)
 
     # -- services
 
@@ -288,7 +304,7 @@ class RosEngine(Engine):
             self._watch()
         if not self._begun:
             self._time.start(self._sent)
-            self._begun = True
+            self._begun, self._heard_s = True, time.monotonic()
         t_ns = self.now_ns + steps * self.step_ns
         taken = self._time.reach(t_ns, self._sent, self._attended_topics)
         if self._guard is not None:
@@ -321,7 +337,7 @@ class RosEngine(Engine):
         late = clock.late_ns > (self._options.stop_after if is_wall else _MUCH_NS)
         self._stops += late and not self._was_late
         self._was_late = late
-        if clock.missed and clock.late_ns:
+        if is_wall and clock.late_ns and clock.worst_ns > self._period_ns:
             stopped = f"; its drives were stopped {self._stops} times" if self._guard and self._stops else ""
             self._replace_lateness(
                 f"{clock.missed} of {clock.steps} steps were late, up to "
@@ -401,10 +417,8 @@ class RosEngine(Engine):
 
     def _do_close(self) -> None:
         """Stop driven robots, and leave ROS."""
-        stamped = self._options.stamped
-        for topic in self._drives & self._told:
-            publisher = self._node.publisher(topic, TwistStamped if stamped else Twist)
-            publisher.publish(velocity(Twist(), stamped=stamped))
+        for publisher in self._driven.values():
+            publisher.publish(velocity(Twist(), stamped=self._options.stamped))
         if self._guard is not None:
             self._guard.close()
         time.sleep(_HANDED_OVER_S)

@@ -28,6 +28,8 @@ from nrp_world_ros.node import Node, Publisher, ros_type
 from nrp_world_ros.options import Ros
 
 TwistStamped: Any = ros_type("geometry_msgs/msg/TwistStamped")
+UNSTAMPED = "_unstamped"
+"""The end of the topic of a drive whose controller takes ``TwistStamped`` on a topic without it."""
 
 STOPS_S = 1.0
 """How long the guard sends velocities of zero after the end of the loop, s; messages may be lost."""
