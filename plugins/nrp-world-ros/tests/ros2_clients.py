@@ -1,6 +1,7 @@
 """A client of ROS 2 of the robot ``arm``, its controllers and its simulator.
 
 python ros2_clients.py follow      JSON: how trajectories ended
+python ros2_clients.py delete      JSON: how goals of a robot end that is deleted
 python ros2_clients.py grip        JSON: what the gripper did
 python ros2_clients.py standard    JSON: what the services answered
 """
@@ -24,12 +25,15 @@ GripperCommand = kind("control_msgs/action/GripperCommand")
 JointTolerance = kind("control_msgs/msg/JointTolerance")
 ListControllers = kind("controller_manager_msgs/srv/ListControllers")
 SwitchController = kind("controller_manager_msgs/srv/SwitchController")
+EntityState = kind("simulation_interfaces/msg/EntityState")
 Resource = kind("simulation_interfaces/msg/Resource")
 SimulationState = kind("simulation_interfaces/msg/SimulationState")
 DeleteEntity = kind("simulation_interfaces/srv/DeleteEntity")
 GetEntities = kind("simulation_interfaces/srv/GetEntities")
 GetEntityState = kind("simulation_interfaces/srv/GetEntityState")
 GetSimulationState = kind("simulation_interfaces/srv/GetSimulationState")
+ResetSimulation = kind("simulation_interfaces/srv/ResetSimulation")
+SetEntityState = kind("simulation_interfaces/srv/SetEntityState")
 GetSimulatorFeatures = kind("simulation_interfaces/srv/GetSimulatorFeatures")
 SetSimulationState = kind("simulation_interfaces/srv/SetSimulationState")
 SpawnEntity = kind("simulation_interfaces/srv/SpawnEntity")
@@ -90,6 +94,7 @@ def follow(node: Node) -> None:
     found["reached"] = client.end(client.goal(1, 0.5, -0.4, goal_tolerance=limits))
     unknown = client.goal(1, 0.0, joints=("j9",))
     found["unknown joint"] = "accepted" if unknown.accepted else "rejected"
+    found["without positions"] = "accepted" if client.goal(1).accepted else "rejected"
     tight = [JointTolerance(name="j1", position=0.05)]  # it is not as fast
     found["narrow"] = client.end(client.goal(0.1, -1.5, 0.0, path_tolerance=tight))
     handle = client.goal(5, 1.5, 0.0)
@@ -98,6 +103,23 @@ def follow(node: Node) -> None:
     found["cancelled"] = client.end(handle)
     first, second = client.goal(5, 1.5, 0.0), client.goal(1, 0.0, 0.0)
     found["replaced"], found["after"] = client.end(first), client.end(second)
+    tell(json.dumps(found))
+
+
+def delete(node: Node) -> None:
+    client, found = Follower(node), {}
+    hand = ActionClient(node, GripperCommand, "/arm/hand/gripper_cmd")
+    assert hand.wait_for_server(20.0)
+    handle = client.goal(60, 1.5, 0.0)
+    gone = client.call("/nrp_body/delete_entity", DeleteEntity, entity="arm").result.result
+    found["running"] = client.end(handle)["status"]
+    found["late"] = client.end(client.goal(1, 0.0, 0.0))["status"]
+    late = client.wait(hand.send_goal_async(GripperCommand.Goal()))
+    found["grip"] = client.wait(late.get_result_async()).status
+    found["deleted"] = [
+        gone,
+        client.call("/nrp_body/delete_entity", DeleteEntity, entity="arm").result.result,
+    ]
     tell(json.dumps(found))
 
 
@@ -142,6 +164,21 @@ def standard(node: Node) -> None:
     found["entities"] = list(client.call(f"{services}get_entities", GetEntities).entities)
     state = client.call(f"{services}get_entity_state", GetEntityState, entity="box_1").state
     found["height"] = state.pose.position.z
+    moved = EntityState()
+    moved.pose.position.x, moved.pose.position.z, moved.pose.orientation.w = 7.0, 1.0, 1.0
+    for frame in ("base", "world"):
+        moved.header.frame_id = frame
+        set_state = client.call(
+            f"{services}set_entity_state", SetEntityState, entity="post", state=moved, set_pose=True
+        )
+        found[f"set in {frame}"] = set_state.result.result
+    state = client.call(f"{services}get_entity_state", GetEntityState, entity="post").state
+    found["moved"] = [state.pose.position.x, state.pose.position.y, state.pose.position.z]
+    for scope in (ResetSimulation.Request.SCOPE_TIME, ResetSimulation.Request.SCOPE_STATE):
+        reset = client.call(f"{services}reset_simulation", ResetSimulation, scope=scope)
+        found[f"reset {scope}"] = reset.result.result
+    state = client.call(f"{services}get_entity_state", GetEntityState, entity="post").state
+    found["back"] = [state.pose.position.x, state.pose.position.y, state.pose.position.z]
     found["missing"] = client.call(f"{services}get_entity_state", GetEntityState, entity="ball").result.result
     names = ("box", "box_1")
     found["deleted"] = [

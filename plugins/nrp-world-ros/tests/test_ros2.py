@@ -21,12 +21,13 @@ from nrp_core.messages import geometry_msgs, sensor_msgs
 from nrp_core.messages.base import Time
 from nrp_core.messages.cdr import Codec
 from nrp_core.messages.generated import PACKAGES, names
+from nrp_core.messages.nav_msgs import Odometry
 from nrp_core.messages.std_msgs import Header
 from nrp_core.world import Direction
 
 from conftest import PEER, Ros2, needs_ros2
 from nrp_world_ros.joining import join
-from nrp_world_ros.node import Node
+from nrp_world_ros.node import Node, ros_type
 from nrp_world_ros.options import Ros
 from nrp_world_ros.ros2.node import discovery_range, domain_number
 from nrp_world_ros.ros2.types import RosTypes
@@ -230,11 +231,11 @@ def test_only_this_machine_is_reached_unless_ros_2s_variable_says_more() -> None
 @needs_ros2
 @pytest.mark.slow
 def test_in_lockstep_a_run_through_ros_2_is_bit_for_bit_the_run_in_one_process(ros2: Ros2) -> None:
-    ros2.body("--lockstep")
+    ros2.body("--lockstep", "--stamped", "--bare-frames", "husky")
     apart, together = (
         json.loads(ros2.run(*RUN, *arguments, timeout_s=300))
         for arguments in (
-            (*SOON, "--world", "ros", "-s", "world.options={ros: 2, time: lockstep}"),
+            (*SOON, "--world", "ros", "-s", "world.options={ros: 2, time: lockstep, stamped: true}"),
             (*SOON, "-s", "world.options.image_scale=0.25"),
         )
     )
@@ -244,6 +245,23 @@ def test_in_lockstep_a_run_through_ros_2_is_bit_for_bit_the_run_in_one_process(r
     assert apart["spikes"] == together["spikes"]
     # this body stops at steps of the loop only, so an event has the time of the next one
     assert apart["events"] == pytest.approx(together["events"], abs=0.02)
+
+
+@needs_ros2
+def test_the_frames_of_one_robot_are_bare(ros2: Ros2) -> None:
+    ros2.body("--bare-frames", "husky")
+    with join(Ros.TWO, "listener", domain=ros2.domain) as node:
+        node.listen("/tf", ros_type("tf2_msgs/msg/TFMessage"))
+        node.listen("/husky/odom", Odometry)
+        ros2.until(lambda: node.inbox.last("/tf") and node.inbox.last("/husky/odom"))
+        odometry, tree = (node.inbox.last(topic).message for topic in ("/husky/odom", "/tf"))
+    pairs = [(each.header.frame_id, each.child_frame_id) for each in tree.transforms]
+    assert ("world", "odom") in pairs
+    assert ("odom", odometry.child_frame_id) in pairs
+    assert odometry.header.frame_id == "odom"
+    assert not any("/" in name for pair in pairs for name in pair)
+    said, _ = ros2.peer("description").communicate(timeout=60)
+    assert '<link name="base_link"' in said
 
 
 @pytest.mark.heavy

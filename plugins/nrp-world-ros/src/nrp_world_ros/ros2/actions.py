@@ -91,8 +91,13 @@ class Goals(ABC):
                 self.start(goal.request)
             except NrpError as error:
                 self._end("abort", self.failed(str(error)))
-        if self._goal is None:
-            return
+        if self._goal is not None:
+            try:
+                self._follow()
+            except NrpError as error:  # as of a robot that was deleted
+                self._end("abort", self.failed(str(error)))
+
+    def _follow(self) -> None:
         if self._goal.is_cancel_requested:
             self.stop()
             self._end("canceled", self.failed("it was cancelled"))
@@ -139,7 +144,9 @@ class TrajectoryGoals(Goals):
     def may_start(self, goal: Any) -> bool:
         names = list(goal.trajectory.joint_names)
         measured = self._controller is not None or not goal.path_tolerance
-        return bool(goal.trajectory.points) and set(names) <= set(self._joints) and measured
+        points = goal.trajectory.points
+        whole = bool(points) and all(len(point.positions) == len(names) for point in points)
+        return whole and set(names) <= set(self._joints) and measured
 
     def start(self, goal: Any) -> None:
         trajectory: JointTrajectory = self._node.ours(goal.trajectory, JointTrajectory)
@@ -232,7 +239,10 @@ class GripperGoals(Goals):
         self._publish(self._topic, Float64(self._state(self._joint)[0]))
 
     def failed(self, reason: str) -> Any:
-        return self._result(position=self._state(self._joint)[0])
+        try:
+            return self._result(position=self._state(self._joint)[0])
+        except NrpError:  # the robot was deleted
+            return self._result()
 
 
 def actions_of(world: World, node: Ros2Node, publish: Publish) -> Iterator[Goals]:
