@@ -278,13 +278,15 @@ class RosEngine(Engine):
     def _watch(self) -> None:
         """Start the guard of the drives, before time begins."""
         options = self._options
-        drives = {self._place(info) for info in self._remote.values() if self._is_drive(info)}
+        drives = {
+            self._place(each): self._outlet(each) for each in self._remote.values() if self._is_drive(each)
+        }
         if not drives or self._guard is not None or options.time is not TimeSource.WALL:
             return
         silent_s = seconds(options.stop_after + self._period_ns)
-        self._guard = Guard(options.ros, options.domain, silent_s, seconds(options.patience))
-        for topic in sorted(drives):
-            self._guard.watch(topic, stamped=options.stamped)
+        self._guard = Guard(options.ros, options.domain, silent_s)
+        for topic, publisher in sorted(drives.items()):
+            self._guard.watch(topic, stamped=options.stamped, present=publisher.peers() > 0)
         for topic in sorted(self._driven):  # before the first step
             self._guard.arm(topic)
 

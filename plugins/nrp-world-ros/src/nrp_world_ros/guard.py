@@ -35,6 +35,9 @@ STOPS_S = 1.0
 """How long the guard sends velocities of zero after the end of the loop, s; messages may be lost."""
 
 _PERIOD_S = 0.05
+_SEARCH_S = 0.5
+_START_S = 30.0
+"""Time limit of the guard's start, s, in which a slow machine imports ROS."""
 
 
 def velocity(twist: Any, *, stamped: bool) -> Any:
@@ -49,10 +52,9 @@ class Guard:
         ros: the version of ROS.
         domain: the domain of ROS 2.
         stop_after_s: how late a step may be, s.
-        patience_s: time limit of the guard's start, s.
     """
 
-    def __init__(self, ros: Ros, domain: int | None, stop_after_s: float, patience_s: float) -> None:
+    def __init__(self, ros: Ros, domain: int | None, stop_after_s: float) -> None:
         number = -1 if domain is None else domain
         command = [
             sys.executable,
@@ -66,21 +68,19 @@ class Guard:
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
         )
-        self._patience_s = patience_s
 
-    def watch(self, topic: str, *, stamped: bool) -> None:
-        """Guard a drive, and wait until the guard has found it.
+    def watch(self, topic: str, *, stamped: bool, present: bool) -> None:
+        """Guard a drive, and wait until the guard has found it, if it is present.
 
         Raises:
             SimulationError: the guard has ended, or did not find it in time.
         """
-        self._write(f"{'stamped' if stamped else 'plain'} {topic}\n".encode())
+        kind, place = "stamped" if stamped else "plain", "present" if present else "absent"
+        self._write(f"{kind} {place} {topic}\n".encode())
         assert self._process.stdout is not None
-        ready, _, _ = select.select([self._process.stdout], [], [], self._patience_s)
+        ready, _, _ = select.select([self._process.stdout], [], [], _START_S)
         if not (ready and self._process.stdout.readline()):
-            raise SimulationError(
-                f"the process that guards {topic} did not find it within {self._patience_s:g} s"
-            )
+            raise SimulationError(f"the process that guards {topic} did not find it within {_START_S:g} s")
 
     def arm(self, topic: str) -> None:
         """Report the first command of a drive; drives without commands belong to other programs."""
@@ -149,8 +149,12 @@ class Watch:
             self._armed.add(topic)
             return
         stamped = kind == "stamped"
+        place, topic = topic.split(" ")
         self._drives[topic] = self._node.publisher(topic, TwistStamped if stamped else Twist), stamped
-        self._node.settle(STOPS_S)
+        while topic in self._node.settle(_SEARCH_S) and place == "present":
+            if select.select([0], [], [], 0)[0]:
+                return  # the loop waits no longer
+            time.sleep(_PERIOD_S)
         print("ready", flush=True)
 
     def stop(self) -> None:
