@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import sys
 from importlib.abc import Loader, MetaPathFinder
-from importlib.machinery import ModuleSpec
+from importlib.machinery import ModuleSpec, PathFinder
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -27,7 +28,7 @@ _KINDS = ("msg", "srv", "action")
 
 
 class _Finder(MetaPathFinder, Loader):
-    """Finds the modules of these packages, after all others."""
+    """Finds the modules of these packages, unless ROS 2 has them; packages of ROS 1 have the same names."""
 
     def __init__(self) -> None:
         self._types = RosTypes(Codec())
@@ -35,6 +36,10 @@ class _Finder(MetaPathFinder, Loader):
     def find_spec(self, name: str, path: Any, target: Any = None) -> ModuleSpec | None:
         package, _, kind = name.partition(".")
         if package not in (*PACKAGES, *OWN) or kind not in ("", *_KINDS):
+            return None
+        installed = PathFinder.find_spec(package)
+        places = installed.submodule_search_locations if installed else None
+        if any(file for place in places or () for file in Path(place).glob("*rosidl_typesupport*")):
             return None
         return ModuleSpec(name, self, is_package=not kind)
 
@@ -54,4 +59,4 @@ class _Finder(MetaPathFinder, Loader):
 
 
 if not any(isinstance(finder, _Finder) for finder in sys.meta_path):
-    sys.meta_path.append(_Finder())
+    sys.meta_path.insert(0, _Finder())
