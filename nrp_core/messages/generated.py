@@ -59,9 +59,15 @@ def _class(name: str, constants: Any, fields: Any) -> type:
     ]
     text = f"ROS's message {name}, made from its definition."
     content = {"__doc__": text, **{label: value for label, _, value in constants}}
+    content["__reduce__"] = lambda self: (_again, (name, vars(self)))  # pickle finds no class by this name
     kind = make_dataclass(name.rpartition("/")[2], specs, namespace=content)
     kind.__module__ = __name__
     return message(name)(kind)
+
+
+def _again(name: str, values: dict[str, Any]) -> Any:
+    """Return a message from a pickle, such as a snapshot."""
+    return required(name)(**values)
 
 
 def _spec(node: Any, what: Any) -> tuple[Any, Any]:

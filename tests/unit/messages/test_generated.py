@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from types import ModuleType
 
 import numpy as np
@@ -131,3 +132,11 @@ def test_images_travel_as_files():
     bridge = CvBridge()
     back = bridge.compressed_imgmsg_to_cv2(bridge.cv2_to_compressed_imgmsg(image, "png"))
     assert np.array_equal(back, image)
+
+
+def test_messages_can_be_pickled_as_in_snapshots() -> None:
+    fix = kind("sensor_msgs", "NavSatFix")(latitude=1.5)
+    again = pickle.loads(pickle.dumps(fix))
+    assert type(again) is type(fix)
+    assert again.latitude == 1.5
+    assert again.status == fix.status
