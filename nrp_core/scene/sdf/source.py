@@ -283,8 +283,8 @@ class SdfFile:
         return source
 
 
-_WITHOUT_SCOPES = ("plugin", "gui", "actor", "population", "road", "gripper", "projector", "particle_emitter")
-"""Elements with names of another kind."""
+_SCOPED = ("world", "model", "frame", "link", "joint", "collision", "visual", "sensor", "light")
+"""Elements that scopes name; the names of others, such as plugins, are of another kind."""
 
 
 def _check_names(element: Element) -> None:
@@ -294,13 +294,11 @@ def _check_names(element: Element) -> None:
         SceneError: one does.
     """
     for child in element.children:
-        if child.tag in _WITHOUT_SCOPES or ":" in child.tag:
-            continue
-        if "::" in (name := child.attributes.get("name", "")):
+        if child.tag in _SCOPED and "::" in (name := child.attributes.get("name", "")):
             raise child.error(
                 f"the name '{name}' must not contain '::', which separates scopes from SDF 1.8 on"
             )
-        if child.tag != "state":
+        if child.tag not in ("state", "plugin"):
             _check_names(child)
 
 
