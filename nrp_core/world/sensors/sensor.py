@@ -145,6 +145,10 @@ class SensorPart(Part):
         numbers = np.asarray(numbers, np.float64)
         return self._errors.on(topic, now_ns, numbers, noise) if noise else numbers
 
+    def _noise(self, topic: str, now_ns: int, shape: Any) -> FloatArray:
+        """Return the errors of numbers of a shape; they depend on the seed, the topic and the time."""
+        return self._measured(topic, now_ns, np.zeros(shape))
+
     def _noisy(
         self, topic: str, now_ns: int, *vectors: Vector, own: Sequence[Noise | None] = ()
     ) -> list[Vector]:
