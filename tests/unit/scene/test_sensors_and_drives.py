@@ -233,9 +233,10 @@ def test_gazebos_differential_drive_for_ros_1(drive: DriveReader) -> None:
         "<rightJoint>br_joint</rightJoint><wheelTorque>7</wheelTorque><robotNamespace>/r1</robotNamespace>"
         "<odometryTopic>/odom</odometryTopic></plugin>"
     )
-    assert read == WheelDrive(
+    assert replace(read, pose_variances=(), twist_variances=()) == WheelDrive(
         "d", "/r1/cmd_vel", ("bl_joint",), ("br_joint",), 0.34, 0.15, 7, inf, 100, "/odom", None
     )
+    assert read.pose_variances == read.twist_variances == (1e-5, 1e-5, 1e12, 1e12, 1e12, 1e-3)
 
 
 @pytest.mark.parametrize(
@@ -268,7 +269,7 @@ def test_gazebos_differential_drive_for_ros_2(drive: DriveReader) -> None:
         "<right_joint>br_joint</right_joint><wheel_separation>0.5</wheel_separation>"
         "<wheel_diameter>0.2</wheel_diameter><max_wheel_torque>20</max_wheel_torque></plugin>"
     )
-    assert read == WheelDrive(
+    assert replace(read, pose_variances=(), twist_variances=()) == WheelDrive(
         "d", "/demo/go", ("bl_joint",), ("br_joint",), 0.5, 0.2, 20, inf, 100, "/demo/odom", None
     )
 
