@@ -30,7 +30,7 @@ def is_neuron(cell: str) -> bool:
 
 
 def main(source: Path, folder: Path) -> None:
-    """Write ``edges.csv`` and ``neurons.csv``."""
+    """Write ``neurons.csv``, ``edges.csv`` between neurons, and ``muscles.csv`` from neurons to muscles."""
     worm = json.loads(source.read_text("utf-8"))
     cells = worm["nodes"]
     synapses = [
@@ -42,7 +42,9 @@ def main(source: Path, folder: Path) -> None:
     ends = {end for synapse in synapses for end in synapse[:2]}
     neurons = {cell for cell in ends if is_neuron(cell)} | APART
     among = [synapse for synapse in synapses if neurons.issuperset(synapse[:2])]
+    onto = [synapse for synapse in synapses if synapse[0] in neurons and re.match("M[DV][LR]", synapse[1])]
     write(folder / "edges.csv", [("pre", "post", "weight"), *among])
+    write(folder / "muscles.csv", [("pre", "post", "weight"), *onto])
     transmitters = [(cell, "gaba" if cell in GABA else "") for cell in sorted(neurons)]
     write(folder / "neurons.csv", [("name", "transmitter"), *transmitters])
 
