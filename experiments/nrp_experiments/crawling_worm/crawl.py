@@ -55,31 +55,32 @@ def pull(t, body, dorsal, ventral, torques):
     torques.send_message(Float64MultiArray(data=WORM.torques(*active, angles, speeds).tolist()))
 
 
-AHEAD, BEYOND = 4, 20  # the hinges at which the wave is timed
+MIDDLE, TRUNK = WORM.segments // 2, slice(4, 20)
+PLACES = (np.arange(WORM.segments) / WORM.segments)[TRUNK]
 
 
 @nrp.MapRobotSubscriber("body", BODY)
-@nrp.MapVariable("before", initial_value=None)
-@nrp.MapVariable("passed", initial_value=None)
+@nrp.MapVariable("state", initial_value=(0.0, None, None, 0.0))
 @nrp.MapRobotPublisher("frequency", nrp.Topic("/worm/frequency", Float64))
 @nrp.MapRobotPublisher("wavelength", nrp.Topic("/worm/wavelength", Float64))
 @nrp.Neuron2Robot()
-def time_the_wave(t, body, before, passed, frequency, wavelength):
-    """Publish the frequency of the gait, Hz, and the length of its wave in body lengths, once a period."""
+def measure(t, body, state, frequency, wavelength):
+    """Publish the frequency of the gait, Hz, and the length of its wave in body lengths, once a period.
+
+    A period is from one rise of the middle hinge through 0 to the next. The wave is the slope of the phases
+    of the hinges, each of its Fourier component with the period before.
+    """
     if body.value is None:
         return
-    now = t, body.value.position[AHEAD], body.value.position[BEYOND]
-    last, before.value = before.value, now
-    if last is None:
-        return
-    times = passed.value or (None, None)
-    rises = [
-        last[0] + (now[0] - last[0]) * last[k] / (last[k] - now[k]) if last[k] < 0 <= now[k] else None
-        for k in (1, 2)
-    ]
-    if rises[0] is not None and times[0] is not None and times[1] is not None:
-        period = rises[0] - times[0]
-        frequency.send_message(Float64(1 / period))
-        share = (BEYOND - AHEAD) / WORM.segments
-        wavelength.send_message(Float64(share * period / (times[1] - times[0])))
-    passed.value = tuple(rise if rise is not None else time for rise, time in zip(rises, times, strict=True))
+    angles = np.array(body.value.position)
+    before, since, period, phasors = state.value
+    if before < 0.0 <= angles[MIDDLE]:
+        if since is not None:
+            frequency.send_message(Float64(1.0 / (t - since)))
+        if period is not None:
+            slope = np.polyfit(PLACES, np.unwrap(np.angle(phasors[TRUNK])), 1)[0]
+            wavelength.send_message(Float64(float(2.0 * np.pi / abs(slope))))
+        since, period, phasors = t, since and t - since, 0.0
+    if period is not None:
+        phasors = phasors + angles * np.exp(-2j * np.pi * t / period)
+    state.value = float(angles[MIDDLE]), since, period, phasors
