@@ -110,7 +110,7 @@ class RotorPart(MediumPart):
         number, count = self._rotor.number, len(message.data)
         if number >= count:
             raise TopicError(f"'{self._model}' has a rotor {number}, but {topic} received {count} speeds")
-        require_finite(topic, message.data.tolist())
+        require_finite(topic, [float(speed) for speed in message.data])
         self.state = min(float(message.data[number]), self._rotor.fastest), self.state[1]
 
     def _push(self, flow: Flow) -> FloatArray:
