@@ -17,7 +17,7 @@ HOVER = sqrt(MASS * G / (4 * MOTOR))
 
 
 def spin(world, *speeds: float, seconds: float, name: str = "quad") -> None:
-    world.advertise(f"/{name}/command/motor_speed").publish(Float64MultiArray(data=np.array(speeds)))
+    world.advertise(f"/{name}/command/motor_speed").publish(Float64MultiArray(data=list(speeds)))
     run(world, seconds)
 
 
