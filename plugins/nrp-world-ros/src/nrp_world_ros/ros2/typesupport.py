@@ -9,6 +9,8 @@ middlewares Fast DDS and Zenoh use this type support; Cyclone DDS uses another.
 from __future__ import annotations
 
 import ctypes
+import mmap
+import platform
 import sys
 from collections.abc import Callable, Iterable
 from ctypes import (
@@ -33,7 +35,6 @@ MIDDLEWARES = ("rmw_fastrtps_cpp", "rmw_zenoh_cpp")
 """Middlewares that use this type support."""
 
 _IDENTIFIER = b"rosidl_typesupport_fastrtps_c"
-_UNBOUNDED = b"\0"
 _HEAD = 4
 """Length of the header of encoded data."""
 
@@ -102,6 +103,35 @@ class _ServiceTypes(Structure):
     )  # fmt: skip
 
 
+class MachineCode:
+    """Functions that C calls while it holds a lock of the middleware.
+
+    A function in Python may wait there for the interpreter, which another thread holds while it waits for the
+    lock. These are a few instructions by the calling conventions of Linux, on x86-64 and on 64-bit Arm.
+    """
+
+    def __init__(self) -> None:
+        self._memory = mmap.mmap(-1, 1 << 20, prot=mmap.PROT_READ | mmap.PROT_WRITE | mmap.PROT_EXEC)
+        self._start = ctypes.addressof(c_char.from_buffer(self._memory))
+        self._is_arm = platform.machine() == "aarch64"
+
+    def returning(self, value: int, after: int) -> int:
+        """Return the address of a function that calls the one at ``after`` and returns a number."""
+        a, b = (each.to_bytes(8, "little") for each in (after, value))
+        if self._is_arm:
+            return self._add(bytes.fromhex("fd7bbfa9 a8000058 00013fd6 a0000058 fd7bc1a8 c0035fd6") + a + b)
+        return self._add(b"\x48\x83\xec\x08\x48\xb8" + a + b"\xff\xd0\x48\x83\xc4\x08\x48\xb8" + b + b"\xc3")
+
+    def clearing(self) -> int:
+        """Return the address of a function that sets the byte at its argument to 0 and returns 0."""
+        return self._add(bytes.fromhex("1f000039 000080d2 c0035fd6" if self._is_arm else "c60700 31c0 c3"))
+
+    def _add(self, code: bytes) -> int:
+        place = self._memory.tell()
+        self._memory.write(code.ljust(-(-len(code) // 16) * 16, b"\0"))
+        return self._start + place
+
+
 class TypeSupport:
     """Makes the type support of messages, services and actions, as the attributes of their metaclasses.
 
@@ -112,7 +142,8 @@ class TypeSupport:
     def __init__(self, folders: Iterable[Path]) -> None:
         runtime = _library(folders, "librosidl_runtime_c.so")
         cdr = _library(folders, "libfastcdr.so", "libfastcdr.so.2")
-        self._reset_error = _library(folders, "librcutils.so").rcutils_reset_error
+        self._code = MachineCode()
+        self._reset_error = _function(_library(folders, "librcutils.so").rcutils_reset_error)
         self._find_message = ctypes.cast(runtime.get_message_typesupport_handle_function, c_void_p)
         self._find_service = ctypes.cast(runtime.get_service_typesupport_handle_function, c_void_p)
         self._write = cdr._ZN8eprosima7fastcdr3Cdr15serialize_arrayEPKcm
@@ -123,7 +154,7 @@ class TypeSupport:
         self._create, self._destroy = _Create(self._new), _Destroy(self._forget)
         self._encode, self._decode = _Encode(self._write_message), _Encode(self._read_message)
         self._size = _Size(lambda number: len(self._messages[number]) - _HEAD)
-        self._max_size = _MaxSize(_set_unbounded)
+        self._max_size = _MaxSize(self._code.clearing())
 
     def message(
         self,
@@ -211,16 +242,10 @@ class TypeSupport:
             _Sequence(),
         )
 
-        def getter(place: int) -> Any:
-            def get(_support: int) -> int:
-                self._reset_error()  # Fast DDS has found no introspection, which it does not need
-                return place
-
-            return _Getter(get)
-
-        getters = [getter(ctypes.addressof(each)) for each in constants]
-        self._kept += (text, *constants, *getters)
-        return getters
+        self._kept += (text, *constants)
+        # Fast DDS has found no introspection, which it does not need, and has set an error
+        after = self._reset_error
+        return [_Getter(self._code.returning(ctypes.addressof(each), after)) for each in constants]
 
     # -- what C calls; a message is a number
 
@@ -272,11 +297,6 @@ def _cdr_layout(cdr: Any) -> tuple[int, int, int]:
 def report(error: Exception) -> None:
     """Print an error, which C cannot pass on."""
     print(f"error: {error}", file=sys.stderr, flush=True)
-
-
-def _set_unbounded(bounds: Any) -> int:
-    bounds[0] = _UNBOUNDED
-    return 0
 
 
 def _library(folders: Iterable[Path], *names: str) -> Any:
