@@ -78,7 +78,7 @@ class Worm:
         """The length of the walls at rest, shape ``(segments,)``, m."""
         return np.hypot(self.length / self.segments, np.diff(self.rod_radius))
 
-    @property
+    @cached_property
     def stiffness(self) -> Array:
         """The stiffness of each hinge by its walls, N m/rad."""
         return 2 * self.segments * self.wall * self.radius**2
