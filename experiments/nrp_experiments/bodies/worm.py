@@ -66,7 +66,10 @@ class Worm:
     def rod_radius(self) -> Array:
         """Half the length of each rod, shape ``(segments + 1,)``, m: an ellipse."""
         half = self.segments / 2
-        return self.thick / 2 * np.sin(np.arccos((np.arange(self.segments + 1) - half) / (half + 0.2)))
+        radii: Array = (
+            self.thick / 2 * np.sin(np.arccos((np.arange(self.segments + 1) - half) / (half + 0.2)))
+        )
+        return radii
 
     @cached_property
     def radius(self) -> Array:
