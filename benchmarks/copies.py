@@ -54,7 +54,7 @@ class Physics:
     def remember(self) -> None:
         """Store the states of the copies, before they take a step."""
         for engine, state in zip(self._engines, self._states, strict=True):
-            mujoco.mj_getState(engine._model, engine._data, state, STATE)
+            state[:] = engine._complete()
 
     def step(self) -> float:
         """Take the step that the copies have taken; return its seconds of CPU time."""
@@ -65,7 +65,7 @@ class Physics:
             mujoco.mj_step(engine._model, data, self._steps)
         spent = time.process_time() - began
         for engine, data in zip(self._engines, self._data, strict=True):
-            assert data.qpos.tobytes() == engine._data.qpos.tobytes(), "the physics alone moves otherwise"
+            assert data.qpos.tobytes() == engine._positions.tobytes(), "the physics alone moves otherwise"
         return spent
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -102,17 +102,18 @@ class Control:
 
     Args:
         built: the scene.
-        data: MuJoCo's state.
+        state: the state; MuJoCo's data if there are firm joints.
         step_s: the physics step.
+        last_step: returns MuJoCo's data of the last step.
 
     Attributes:
         firm: the joints that follow with any load.
     """
 
-    def __init__(self, built: Built, data: Any, step_s: float) -> None:
-        self._built, self._model, self._data, self._step_s = built, built.model, data, step_s
-        self._force = np.empty(6)
-        self.firm = MujocoFirmJoints(built, data, step_s)
+    def __init__(self, built: Built, state: Any, step_s: float, last_step: Callable[[], Any]) -> None:
+        self._built, self._model, self._state, self._step_s = built, built.model, state, step_s
+        self._last_step = last_step
+        self.firm = MujocoFirmJoints(built, state, step_s)
         self.release()
 
     def set_target(self, model: str, joint: str, aim: ServoTarget) -> None:
@@ -128,7 +129,7 @@ class Control:
             # MuJoCo integrates velocities implicitly: with it the stiffness also acts at the step's end
             damping += aim.stiffness * self._step_s
         self._model.actuator_biasprm[actuator, :3] = 0.0, -aim.stiffness, -damping
-        self._data.ctrl[actuator] = aim.stiffness * aim.position + aim.damping * aim.velocity + aim.effort
+        self._state.ctrl[actuator] = aim.stiffness * aim.position + aim.damping * aim.velocity + aim.effort
 
     def orient(self, model: str, joint: str, orientation: Quaternion | None) -> None:
         """Lead a ball joint to an orientation, or release it."""
@@ -152,34 +153,35 @@ class Control:
 
     def set_effort(self, model: str, joint: str, effort: float) -> None:
         """Apply an effort to a joint."""
-        self._data.qfrc_applied[self._built.joints[model][joint]] = effort
+        self._state.qfrc_applied[self._built.joints[model][joint]] = effort
 
     def set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
         """Apply a wrench to a body."""
         model, index = body
-        self._data.xfrc_applied[self._built.bodies[model][index][1]] = (*wrench.force, *wrench.torque)
+        self._state.xfrc_applied[self._built.bodies[model][index][1]] = (*wrench.force, *wrench.torque)
 
     def touches(self) -> Iterator[Touch]:
         """Return the contacts of the last step."""
-        owners = self._built.owners
-        for number in range(self._data.ncon):
-            contact = self._data.contact[number]
+        owners, data, found = self._built.owners, self._last_step(), np.empty(6)
+        for number in range(data.ncon):
+            contact = data.contact[number]
             one, other = owners[contact.geom[0]], owners[contact.geom[1]]
             if one[0] == other[0] or contact.efc_address < 0:
                 continue
-            mujoco.mj_contactForce(self._model, self._data, number, self._force)
+            mujoco.mj_contactForce(self._model, data, number, found)
             axes = contact.frame.reshape(3, 3)  # first the normal, from the first geom to the second
-            fx, fy, fz = product(-self._force[:3], axes).tolist()
+            fx, fy, fz = product(-found[:3], axes).tolist()
             nx, ny, nz = (-axes[0]).tolist()
             x, y, z = contact.pos.tolist()
             yield Touch((one, other), (x, y, z), (nx, ny, nz), -float(contact.dist), (fx, fy, fz))
 
     def joint_wrench(self, _body: Body, place: int) -> Wrench:
         """Return the wrench of a body on its parent in the last step, at the body's origin."""
-        mujoco.mj_rnePostConstraint(self._model, self._data)
-        torque, force = self._data.cfrc_int[place, :3].copy(), self._data.cfrc_int[place, 3:].copy()
+        data = self._last_step()
+        mujoco.mj_rnePostConstraint(self._model, data)
+        torque, force = data.cfrc_int[place, :3].copy(), data.cfrc_int[place, 3:].copy()
         # MuJoCo reports it at the centre of mass of the tree
-        lever = self._data.subtree_com[self._model.body_rootid[place]] - self._data.xpos[place]
+        lever = data.subtree_com[self._model.body_rootid[place]] - data.xpos[place]
         torque += np.cross(lever, force)
         fx, fy, fz = (-force).tolist()
         tx, ty, tz = (-torque).tolist()

@@ -28,12 +28,11 @@ class Creep:
 
     Args:
         built: the compiled scene.
-        data: MuJoCo's state.
     """
 
-    def __init__(self, built: Built, data: Any) -> None:
+    def __init__(self, built: Built) -> None:
         model = built.model
-        self._model, self._data, self._owners = model, data, built.owners
+        self._owners = built.owners
         loose = {name for name, bodies in built.bodies.items() if len(bodies) == 1 and bodies[0][0].floats}
         moves = model.body_weldid[model.geom_bodyid] > 0
         names = [name for name, _ in built.owners]
@@ -49,13 +48,18 @@ class Creep:
         self._steps = 0
         self._seen: dict[tuple[str, str], list[float]] = {}
 
-    def after(self, steps: int) -> list[tuple[str, str, float]]:
-        """Return objects that slide, what holds them, and at which speed (m/s), after physics steps."""
+    def after(self, steps: int, data: Any) -> list[tuple[str, str, float]]:
+        """Return objects that slide, what holds them, and at which speed (m/s).
+
+        Args:
+            steps: the physics steps since the last call.
+            data: MuJoCo's data after them.
+        """
         self._steps += steps
         if not self._watches or self._steps < self._every:
             return []
         self._steps = 0
-        now = self._sliding() if self._data.ncon else {}
+        now = self._sliding(data) if data.ncon else {}
         self._seen = {pair: [*self._seen.get(pair, ()), speed] for pair, speed in now.items()}
         return [
             (*pair, sum(speeds) / len(speeds))
@@ -63,16 +67,16 @@ class Creep:
             if len(speeds) == _SAMPLES
         ]
 
-    def _sliding(self) -> dict[tuple[str, str], float]:
+    def _sliding(self, data: Any) -> dict[tuple[str, str], float]:
         """Return the speeds of contacts that friction should hold, by object and holder, m/s."""
-        contacts, found = self._data.contact, dict[tuple[str, str], float]()
+        contacts, found = data.contact, dict[tuple[str, str], float]()
         pairs, rows = contacts.geom, contacts.efc_address
         one, other = pairs.T
         between = (self._loose[one] & self._moves[other]) | (self._moves[one] & self._loose[other])
         for n in np.flatnonzero(between & (rows >= 0) & (contacts.dim >= 3)).tolist():
             row = int(rows[n])
-            normal, *across = self._data.efc_force[row : row + 3].tolist()
-            speed = float(np.hypot(*self._data.efc_vel[row + 1 : row + 3]))
+            normal, *across = data.efc_force[row : row + 3].tolist()
+            speed = float(np.hypot(*data.efc_vel[row + 1 : row + 3]))
             share = _share(normal, np.array(across), contacts.friction[n])
             a, b = (self._owners[geom][0] for geom in pairs[n].tolist())
             if a != b and speed > _SLOW and share < _RESERVE:

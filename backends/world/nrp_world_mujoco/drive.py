@@ -20,7 +20,7 @@ class Drive:
     """One drive.
 
     Args:
-        data: MuJoCo's state.
+        state: the state.
         servo: its planar servo.
         base: the body that it drives.
         actuators: ids of the actuators: those of the servo's points, then those of the wheels.
@@ -32,14 +32,14 @@ class Drive:
     """
 
     def __init__(
-        self, data: Any, servo: PlanarServo, base: Floating, actuators: list[int], step_s: float
+        self, state: Any, servo: PlanarServo, base: Floating, actuators: list[int], step_s: float
     ) -> None:
         self.servo, self.base, self.step_s = servo, base, step_s
         places = np.array(actuators)
         first, end = places[0], places[0] + len(places)
         # a range, as it usually is, is written several times as fast
         in_a_row = np.array_equal(places, np.arange(first, end))
-        self._controls = data.ctrl[first:end] if in_a_row else data.ctrl
+        self._controls = state.ctrl[first:end] if in_a_row else state.ctrl
         self._places: Any = ... if in_a_row else places
         self.command: BodyVelocity | None = BodyVelocity()
 
@@ -67,58 +67,58 @@ class Decays:
 
     Args:
         built: the scene.
-        data: MuJoCo's state.
         step_s: the physics step.
     """
 
-    def __init__(self, built: Built, data: Any, step_s: float) -> None:
-        self._model, self._data = built.model, data
+    def __init__(self, built: Built, step_s: float) -> None:
+        self._model = built.model
         places = [each for bodies in built.bodies.values() for each in bodies]
         found = [(ident, Decay.of(body, step_s)) for body, ident in places]
         self._decays = [(ident, decay) for ident, decay in found if decay is not None]
         self._ids = [ident for ident, _ in self._decays]
         self._velocity = np.empty(6)
-        self._last = data.xfrc_applied[self._ids]
+        self._last = np.zeros((len(self._ids), 6))
 
     def __bool__(self) -> bool:
         return bool(self._decays)
 
-    def advance(self, steps: int, step: Callable[[int], None]) -> None:
+    def advance(self, data: Any, steps: int, step: Callable[[Any, int], None]) -> None:
         """Take steps; apply the given wrenches, and those of the velocities at the start of each step.
 
         Args:
+            data: MuJoCo's data.
             steps: the number of steps.
-            step: takes a number of steps.
+            step: takes a number of steps with the data.
         """
-        wrenches = self._data.xfrc_applied
+        wrenches = data.xfrc_applied
         given = wrenches[self._ids]
         for _ in range(steps):
-            mujoco.mj_kinematics(self._model, self._data)
-            mujoco.mj_comPos(self._model, self._data)
-            mujoco.mj_comVel(self._model, self._data)
+            mujoco.mj_kinematics(self._model, data)
+            mujoco.mj_comPos(self._model, data)
+            mujoco.mj_comVel(self._model, data)
             wrenches[self._ids] = given
             for ident, decay in self._decays:
-                self._slow(ident, decay)
-            step(1)
+                self._slow(data, ident, decay)
+            step(data, 1)
         self._last = wrenches[self._ids]
         wrenches[self._ids] = given
 
     @contextmanager
-    def acting(self) -> Iterator[None]:
+    def acting(self, data: Any) -> Iterator[None]:
         """Apply the wrenches of the last step again, so that sensors measure that step."""
-        given = self._data.xfrc_applied[self._ids]
-        self._data.xfrc_applied[self._ids] = self._last
+        given = data.xfrc_applied[self._ids]
+        data.xfrc_applied[self._ids] = self._last
         try:
             yield
         finally:
-            self._data.xfrc_applied[self._ids] = given
+            data.xfrc_applied[self._ids] = given
 
-    def _slow(self, ident: int, decay: Decay) -> None:
+    def _slow(self, data: Any, ident: int, decay: Decay) -> None:
         kind = mujoco.mjtObj.mjOBJ_BODY  # its centre of mass
-        mujoco.mj_objectVelocity(self._model, self._data, kind, ident, self._velocity, 0)
+        mujoco.mj_objectVelocity(self._model, data, kind, ident, self._velocity, 0)
         wx, wy, wz, vx, vy, vz = self._velocity.tolist()
         turn = np.empty(4)
-        mujoco.mju_mat2Quat(turn, self._data.ximat[ident])
+        mujoco.mju_mat2Quat(turn, data.ximat[ident])
         w, x, y, z = turn.tolist()
         wrench = decay.wrench(Pose(orientation=(x, y, z, w)), (vx, vy, vz), (wx, wy, wz))
-        self._data.xfrc_applied[ident] += (*wrench.force, *wrench.torque)
+        data.xfrc_applied[ident] += (*wrench.force, *wrench.torque)

@@ -16,7 +16,16 @@ from nrp_core.errors import DivergedError
 from nrp_core.findings import Code
 from nrp_core.scene.merged_bodies import Body
 from nrp_core.scene.model import Scene
-from nrp_core.scene.rigid import BodyPath, JointStates, JointTargets, Pose, Quaternion, ReadFrames, Wrench
+from nrp_core.scene.rigid import (
+    BodyPath,
+    BodyVelocity,
+    JointStates,
+    JointTargets,
+    Pose,
+    Quaternion,
+    ReadFrames,
+    Wrench,
+)
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import MOST_RATE
 from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf
@@ -26,15 +35,28 @@ from nrp_world_mujoco.creep import Creep
 from nrp_world_mujoco.drive import Decays, Drive
 from nrp_world_mujoco.library import SAID, mujoco, scalar_first
 from nrp_world_mujoco.motion import Floating, JointReader, motion_of
-from nrp_world_mujoco.muscles import ActuatorGroup, PresentState
+from nrp_world_mujoco.muscles import ActuatorGroup
 from nrp_world_mujoco.one_file import settings_of
+from nrp_world_mujoco.workspace import COMPLETE, SharedWorkspace, StateRow, Workspace
 
 if TYPE_CHECKING:
     from nrp_world_mujoco.backend import MujocoOptions
 
 
+_SLEEP = mujoco.mjtEnableBit.mjENBL_SLEEP
+
+
 class MujocoEngine(JointedEngine):
-    """A scene in MuJoCo; see :class:`~nrp_world_mujoco.backend.MujocoOptions`."""
+    """A scene in MuJoCo; see :class:`~nrp_world_mujoco.backend.MujocoOptions`.
+
+    Args:
+        scene: the scene.
+        seed: the seed of the world.
+        capabilities: the capabilities under the options.
+        options: the options.
+        built: the compiled scene, if another engine has compiled it.
+        shared: where to compute the state, if it is not the only one of its kind.
+    """
 
     _built: Built
     _options: MujocoOptions
@@ -50,10 +72,12 @@ class MujocoEngine(JointedEngine):
         capabilities: WorldCapabilities,
         options: MujocoOptions,
         built: Built | None = None,
+        shared: SharedWorkspace | None = None,
     ) -> None:
+        self._shared = shared
         name = f"mujoco {mujoco.__version__}"
         super().__init__(scene, seed=seed, capabilities=capabilities, options=options, name=name)
-        self._do_load(scene, built)
+        self._open(scene, built)
         self._warm_up()
 
     @property
@@ -67,14 +91,25 @@ class MujocoEngine(JointedEngine):
         return self._drives
 
     def copy(self, seed: int) -> MujocoEngine:
-        """Open the same scene again without compiling it."""
+        """Open the same scene again without compiling it.
+
+        The copies of an engine share MuJoCo's data, except where these hold more than a state.
+        """
         built = self._built
+        if self._shared is None and not (built.firm or built.model.opt.enableflags & _SLEEP):
+            self._shared = SharedWorkspace(built.model)
         if built.servos or built.firm:  # gains are written into the model
             built = replace(built, model=copy(built.model))
         has, options = self.capabilities, self._options
-        return MujocoEngine(self.scene, seed=seed, capabilities=has, options=options, built=built)
+        return MujocoEngine(
+            self.scene, seed=seed, capabilities=has, options=options, built=built, shared=self._shared
+        )
 
-    def _do_load(self, scene: Scene, built: Built | None = None) -> None:
+    def _do_load(self, scene: Scene) -> None:
+        self._shared = None
+        self._open(scene, None)
+
+    def _open(self, scene: Scene, built: Built | None) -> None:
         options = self._options
         physical = options.drive == "physical"
         self._built = built or build(
@@ -82,36 +117,46 @@ class MujocoEngine(JointedEngine):
         )
         self._model = self._built.model
         self.warnings += self._built.warnings
-        self._data = mujoco.MjData(self._model)
-        self._positions = self._data.qpos
-        self._buffer = np.empty(mujoco.mj_stateSize(self._model, mujoco.mjtState.mjSTATE_INTEGRATION))
-        self._warned = self._data.warning.number
-        self._mute_warnings()
-        self._calm = self._warned.tobytes()
-        self._stale = True
+        self._work: Workspace = self._shared if built and self._shared else Workspace(self._model)
+        self._row = StateRow(self._model) if isinstance(self._work, SharedWorkspace) else None
+        self._state: Any = self._work.data if self._row is None else self._row
+        self._begin_row()
+        self._positions, self._rates = self._state.qpos, self._state.qvel
+        self._taken = 0
+        self._moment: object = object()
+        self._placed: object = None
+        self._rated: object = None
         self._drives = {path: self._drive_of(path) for path in self._built.drives}
         self._joints = {
-            name: JointReader(self._model, self._data, joints) for name, joints in self._built.joints.items()
+            name: JointReader(self._model, self._state, joints) for name, joints in self._built.joints.items()
         }
-        self._control = Control(self._built, self._data, seconds(options.timestep))
-        self._present = PresentState(self._model, self._data)
+        self._control = Control(self._built, self._state, seconds(options.timestep), self._last_step)
         self._groups: dict[tuple[str, tuple[str, ...]], ActuatorGroup] = {}
-        self._creep = Creep(self._built, self._data)
-        self._decays = Decays(self._built, self._data, seconds(options.timestep))
+        self._creep = Creep(self._built)
+        self._decays = Decays(self._built, seconds(options.timestep))
         self._survey(scene)
         self._refresh()
 
+    @property
+    def _data(self) -> Any:
+        """MuJoCo's data with the present state."""
+        return self._loaded().data
+
     def _do_motion_of(self, body: Body, place: int, offset: Pose) -> MotionOf:
-        return motion_of(body, place, offset, self._model, self._data, self._refresh_rates)
+        return motion_of(body, place, offset, self._model, self._state, self._refresh_rates)
 
     def _do_base(self, body: Body, place: int) -> Floating:
-        return Floating(self._model, self._data, place)
+        return Floating(self._model, self._state, place)
 
     def _drive_of(self, path: tuple[str, str]) -> Drive:
         servo, actuators = self._built.drives[path]
         _, ident = self._built.bodies[path[0]][servo.body]
-        base = Floating(self._model, self._data, ident)
-        return Drive(self._data, servo, base, actuators, seconds(self.capabilities.step_ns))
+        base = Floating(self._model, self._state, ident)
+        return Drive(self._state, servo, base, actuators, seconds(self.capabilities.step_ns))
+
+    def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
+        super()._do_set_drive(model, drive, velocity)
+        self._moment = object()  # it may have changed a velocity
 
     def retarget(self, model: str, targets: JointTargets) -> bool:
         return self._control.firm.retarget(model, targets)
@@ -122,27 +167,72 @@ class MujocoEngine(JointedEngine):
         return states
 
     def _do_joint_wrench(self, model: str, joint: str) -> Wrench:
-        with self._decays.acting():
+        with self._decays.acting(self._last_step()):
             return super()._do_joint_wrench(model, joint)
 
     def _do_advance(self, steps: int) -> None:
-        if self._decays:
-            self._decays.advance(steps, self._step)
-        else:
-            self._step(steps)
-        self._stale = True
-        for held, holder, speed in self._creep.after(steps):
+        work, row = self._work, self._row
+        if row is not None:
+            row.before[:] = row.numbers
+            row.load(self._model, work.data)
+        self._take(work.data, steps)
+        self._taken, self._moment = steps, object()
+        if row is not None:
+            row.store(self._model, work.data)
+            work.loaded = self._moment
+        for held, holder, speed in self._creep.after(steps, work.data):
             speed_mm = f"{1e3 * speed:.2g} mm/s"
             message = f"'{held}' slides along '{holder}' at {speed_mm}, although friction should hold it"
             self.warnings.add(Code.NRP386, message, subject=held)
-        if SAID or self._warned.tobytes() != self._calm:
-            self._report_warnings()
+        if SAID or work.warned.max() > 1:
+            self._report_warnings(work)
 
-    def _step(self, steps: int) -> None:
+    def _take(self, data: Any, steps: int) -> None:
+        """Take steps from the state in the data."""
+        if self._decays:
+            self._decays.advance(data, steps, self._step)
+        else:
+            self._step(data, steps)
+
+    def _step(self, data: Any, steps: int) -> None:
         if self._control.firm.active:
             self._control.firm.step(steps)
         else:
-            mujoco.mj_step(self._model, self._data, steps)
+            mujoco.mj_step(self._model, data, steps)
+
+    def _last_step(self) -> Any:
+        """Return MuJoCo's data of the last step: its contacts and forces, which a state does not hold.
+
+        The first call takes the last step again, in data that are this state's alone from then on.
+        """
+        if self._row is not None and self._work is self._shared:
+            self._work = Workspace(self._model)
+            data, placed, rated = self._work.data, self._placed, self._rated
+            if self._taken:
+                mujoco.mj_setState(self._model, data, self._row.before, COMPLETE)
+                self._take(data, self._taken)
+                self._work.mute()
+            self._row.load(self._model, data)
+            self._work.loaded = self._moment
+            if placed is self._moment:
+                (self._refresh_rates if rated is self._moment else self._refresh)()
+        return self._work.data
+
+    def _loaded(self) -> Workspace:
+        """Return a workspace with the present state."""
+        work = self._work
+        if self._row is not None and work.loaded is not self._moment:
+            self._row.load(self._model, work.data)
+            work.loaded = self._moment
+        return work
+
+    def _begin_row(self) -> None:
+        """Give the row the first state of the model, as that of new data is."""
+        if self._row is not None:
+            mujoco.mj_resetData(self._model, self._work.data)
+            self._row.store(self._model, self._work.data)
+            self._work.loaded = self._work.placed = self._work.rated = None
+            self._work.mute()
 
     def _survey(self, scene: Scene) -> None:
         super()._survey(scene)
@@ -164,7 +254,7 @@ class MujocoEngine(JointedEngine):
         super()._put_at_start(replace(scene, models=tuple(m for m in scene.models if not settings_of(m))))
 
     def check_state(self, t_ns: int) -> None:
-        positions, rates = self._positions, self._data.qvel  # sums of squares are faster than a look at each
+        positions, rates = self._positions, self._rates  # sums of squares are faster than a look at each
         calm = isfinite(positions.dot(positions)) and rates.dot(rates) < MOST_RATE**2
         if calm and len(self._limited):
             now = positions.take(self._limited)
@@ -176,7 +266,10 @@ class MujocoEngine(JointedEngine):
                 raise DivergedError(message, t_ns=t_ns)
 
     def _do_reset(self, seed: int) -> None:
-        mujoco.mj_resetData(self._model, self._data)
+        if self._row is None:
+            mujoco.mj_resetData(self._model, self._work.data)
+        self._begin_row()
+        self._taken = 0
         self._control.release()
         self._put_at_start(self.scene)
         self._continue()
@@ -185,9 +278,9 @@ class MujocoEngine(JointedEngine):
         ids = np.array([self._built.bodies[model][index][1] for model, index in paths], int)
 
         def read(frames: FloatArray) -> None:
-            self._refresh()
-            frames[:, :, :3] = self._data.xmat[ids].reshape(-1, 3, 3)
-            frames[:, :, 3] = self._data.xpos[ids]
+            data = self._refresh()
+            frames[:, :, :3] = data.xmat[ids].reshape(-1, 3, 3)
+            frames[:, :, 3] = data.xpos[ids]
 
         return read
 
@@ -203,40 +296,50 @@ class MujocoEngine(JointedEngine):
             super().read_motion(model, row)
 
     def set_control(self, model: str, actuator: str, value: float) -> None:
-        self._data.ctrl[self._model.actuator_ctrladr[self._built.actuators[model, actuator]]] = value
+        self._state.ctrl[self._model.actuator_ctrladr[self._built.actuators[model, actuator]]] = value
 
     def set_controls(self, model: str, actuators: Sequence[str], values: FloatArray) -> None:
-        self._data.ctrl[self._group(model, actuators).controls] = values
+        self._state.ctrl[self._group(model, actuators).controls] = values
 
     def _do_actuator_states(self, model: str, actuators: Sequence[str]) -> FloatArray:
-        return self._present.states(self._group(model, actuators))
+        present, group = self._work.present, self._group(model, actuators)
+        return present.states(self._model, self._complete(), group)
 
     def _group(self, model: str, actuators: Sequence[str]) -> ActuatorGroup:
         path = model, tuple(actuators)
         if path not in self._groups:
             numbers = [self._built.actuators[model, name] for name in actuators]
-            self._groups[path] = self._present.group(numbers)
+            self._groups[path] = ActuatorGroup(self._model, numbers)
         return self._groups[path]
 
     def _do_sensor_values(self, model: str, sensor: str) -> FloatArray:
-        return self._present.sensor(self._built.sensors[model, sensor])
+        number = self._built.sensors[model, sensor]
+        return self._work.present.sensor(self._model, self._complete(), number)
+
+    def _complete(self) -> FloatArray:
+        """Return the complete state, which is valid until the next step."""
+        if self._row is not None:
+            return self._row.numbers
+        state = np.empty(mujoco.mj_stateSize(self._model, COMPLETE))
+        mujoco.mj_getState(self._model, self._state, state, COMPLETE)
+        return state
 
     def _do_put_joint(self, place: int, position: float) -> None:
-        self._data.qpos[self._model.jnt_qposadr[self._model.dof_jntid[place]]] = position
-        self._data.qvel[place] = 0.0
+        self._positions[self._model.jnt_qposadr[self._model.dof_jntid[place]]] = position
+        self._rates[place] = 0.0
 
     def _do_put_ball(self, place: int, orientation: Quaternion) -> None:
         start = self._model.jnt_qposadr[self._model.dof_jntid[place]]
-        self._data.qpos[start : start + 4] = scalar_first(orientation)
-        self._data.qvel[place : place + 3] = 0.0
+        self._positions[start : start + 4] = scalar_first(orientation)
+        self._rates[place : place + 3] = 0.0
 
     def _do_configuration(self, model: str) -> object:
         positions, velocities = self._places(model)
-        return self._data.qpos[positions].copy(), self._data.qvel[velocities].copy()
+        return self._positions[positions].copy(), self._rates[velocities].copy()
 
     def _do_configure(self, model: str, configuration: Any) -> None:
         positions, velocities = self._places(model)
-        self._data.qpos[positions], self._data.qvel[velocities] = configuration
+        self._positions[positions], self._rates[velocities] = configuration
         self._continue(model)
 
     def _places(self, model: str) -> tuple[IntArray, IntArray]:
@@ -248,14 +351,16 @@ class MujocoEngine(JointedEngine):
         return np.concatenate([positions, *free]), np.concatenate([velocities, *moving])
 
     def _do_save(self) -> object:
-        mujoco.mj_getState(self._model, self._data, self._buffer, mujoco.mjtState.mjSTATE_INTEGRATION)
-        return self._buffer.tobytes(), self._data.qfrc_actuator.tobytes(), self._control.firm.save()
+        efforts = self._state.qfrc_actuator.tobytes()
+        return self._complete().tobytes(), efforts, self._control.firm.save()
 
     def _do_restore(self, saved: Any) -> None:
         state, efforts, firm = saved
-        self._buffer[:] = np.frombuffer(state)
-        mujoco.mj_setState(self._model, self._data, self._buffer, mujoco.mjtState.mjSTATE_INTEGRATION)
-        self._data.qfrc_actuator[:] = np.frombuffer(efforts)
+        if self._row is None:
+            mujoco.mj_setState(self._model, self._state, np.frombuffer(state), COMPLETE)
+        else:
+            self._row.numbers[:] = np.frombuffer(state)
+        self._state.qfrc_actuator[:] = np.frombuffer(efforts)
         self._continue()
         self._control.restore(firm)
 
@@ -266,40 +371,43 @@ class MujocoEngine(JointedEngine):
     def _continue(self, model: str | None = None) -> None:
         super()._continue(model)
         self._creep.forget()
-        self._stale = True
-        self._mute_warnings()
+        self._moment = object()
+        self._work.mute()
 
-    def _refresh(self) -> None:
-        """Update the positions of bodies, which are one step behind after a step."""
-        if self._stale:
-            mujoco.mj_kinematics(self._model, self._data)
-            self._stale, self._rates_stale = False, True
+    def _refresh(self) -> Any:
+        """Return MuJoCo's data with the positions of bodies, which are one step behind after a step."""
+        work = self._loaded()
+        if work.placed is not self._moment:
+            mujoco.mj_kinematics(self._model, work.data)
+            work.placed = self._moment
+        self._placed = self._moment
+        return work.data
 
-    def _refresh_rates(self) -> None:
-        """Update also the velocities of bodies."""
-        self._refresh()
-        if self._rates_stale:
-            mujoco.mj_comPos(self._model, self._data)
-            mujoco.mj_comVel(self._model, self._data)
-            self._rates_stale = False
+    def _refresh_rates(self) -> Any:
+        """Return MuJoCo's data with the positions and the velocities of bodies."""
+        data, work = self._refresh(), self._work
+        if work.rated is not self._moment:
+            mujoco.mj_comPos(self._model, data)
+            mujoco.mj_comVel(self._model, data)
+            work.rated = self._moment
+        self._rated = self._moment
+        return data
 
-    def _mute_warnings(self) -> None:
-        """Mark every kind of warning as given: MuJoCo prints and logs only the first one."""
-        self._warned[:] = 1
-
-    def _report_warnings(self) -> None:
+    def _report_warnings(self, work: Workspace) -> None:
+        """Report the warnings of the last steps, and count from there on."""
+        counts = work.warned.tolist()
+        work.mute()
         kinds = mujoco.mjtWarning
         bad = (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC)
-        if any(self._warned[kind] > 1 for kind in bad):
+        if any(counts[kind] > 1 for kind in bad):
             t_ns = self.now_ns
             raise DivergedError(
                 f"MuJoCo diverged after {seconds(t_ns):g} s: a position, velocity or acceleration is huge or "
                 f"not finite; a shorter timestep or smaller commands may help",
                 t_ns=t_ns,
             )
-        for kind, count in enumerate(self._warned):
+        for kind, count in enumerate(counts):
             if count > 1:
                 self.warnings.add(Code.NRP277, f"MuJoCo: {mujoco.mju_warningText(kind, 0)}")
         while SAID:
             self.warnings.add(Code.NRP277, f"MuJoCo: {SAID.popitem()[0]}")
-        self._mute_warnings()

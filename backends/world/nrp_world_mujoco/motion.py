@@ -15,7 +15,7 @@ from nrp_world_mujoco.library import mujoco
 
 
 def motion_of(
-    body: Body, ident: int, held: Pose, engine: Any, data: Any, refresh: Callable[[], None]
+    body: Body, ident: int, held: Pose, engine: Any, state: Any, refresh: Callable[[], Any]
 ) -> MotionOf:
     """Return the reader of the motion of a frame fixed to a body.
 
@@ -24,12 +24,12 @@ def motion_of(
         ident: its id.
         held: pose of the frame in the body's frame.
         engine: the compiled model.
-        data: MuJoCo's state.
-        refresh: updates the positions and velocities of bodies.
+        state: the state.
+        refresh: returns MuJoCo's data with the present positions and velocities of bodies.
     """
     if not body.floats:
-        return _Jointed(engine, data, ident, held, refresh)
-    floating = Floating(engine, data, ident)
+        return _Jointed(engine, ident, held, refresh)
+    floating = Floating(engine, state, ident)
     return floating if held == Pose() else lambda: floating().at(held)
 
 
@@ -40,11 +40,11 @@ class Floating:
         position, velocity: its parts of MuJoCo's state, shapes ``(7,)`` and ``(6,)``.
     """
 
-    def __init__(self, engine: Any, data: Any, ident: int) -> None:
+    def __init__(self, engine: Any, state: Any, ident: int) -> None:
         joint = engine.body_jntadr[ident]
         position, velocity = engine.jnt_qposadr[joint], engine.jnt_dofadr[joint]
-        self.position = data.qpos[position : position + 7]
-        self.velocity = data.qvel[velocity : velocity + 6]
+        self.position = state.qpos[position : position + 7]
+        self.velocity = state.qvel[velocity : velocity + 6]
 
     def pose(self) -> Pose:
         """Return the pose."""
@@ -87,18 +87,16 @@ class Floating:
 class _Jointed:
     """A frame fixed to a body that is held by a joint."""
 
-    def __init__(self, engine: Any, data: Any, ident: int, held: Pose, refresh: Callable[[], None]) -> None:
-        self._engine, self._data, self._id = engine, data, ident
-        self._position, self._turn = data.xpos[ident], data.xquat[ident]
-        self._held, self._refresh = held, refresh
+    def __init__(self, engine: Any, ident: int, held: Pose, refresh: Callable[[], Any]) -> None:
+        self._engine, self._id, self._held, self._refresh = engine, ident, held, refresh
         self._velocity = np.empty(6)
 
     def __call__(self) -> ModelMotion:
-        self._refresh()
-        x, y, z = self._position.tolist()
-        qw, qx, qy, qz = self._turn.tolist()
+        data = self._refresh()
+        x, y, z = data.xpos[self._id].tolist()
+        qw, qx, qy, qz = data.xquat[self._id].tolist()
         body = mujoco.mjtObj.mjOBJ_XBODY
-        mujoco.mj_objectVelocity(self._engine, self._data, body, self._id, self._velocity, 0)
+        mujoco.mj_objectVelocity(self._engine, data, body, self._id, self._velocity, 0)
         wx, wy, wz, vx, vy, vz = self._velocity.tolist()
         here = ModelMotion(Pose((x, y, z), (qx, qy, qz, qw)), (vx, vy, vz), (wx, wy, wz))
         return here.at(self._held)
@@ -109,16 +107,16 @@ class JointReader:
 
     Args:
         engine: the compiled model.
-        data: MuJoCo's state.
+        state: the state.
         joints: the degree of freedom of each coordinate, in the order of the file.
     """
 
-    def __init__(self, engine: Any, data: Any, joints: dict[str, int]) -> None:
+    def __init__(self, engine: Any, state: Any, joints: dict[str, int]) -> None:
         dofs = np.array(list(joints.values()), dtype=int)
         ids = engine.dof_jntid[dofs]
         self._names = tuple(joints)
-        self._qpos, self._qvel = data.qpos, data.qvel
-        self._forces = data.qfrc_actuator, data.qfrc_applied
+        self._qpos, self._qvel = state.qpos, state.qvel
+        self._forces = state.qfrc_actuator, state.qfrc_applied
         self._positions = engine.jnt_qposadr[ids].astype(int)
         self._velocities = dofs
         of_balls = engine.jnt_type[ids] == mujoco.mjtJoint.mjJNT_BALL

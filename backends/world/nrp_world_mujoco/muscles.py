@@ -147,18 +147,17 @@ def _is_straight(m: Any, number: int) -> bool:
 
 
 class ActuatorGroup:
-    """The states of some actuators in the arrays of MuJoCo.
+    """The places of some actuators in the arrays of MuJoCo.
 
     Args:
         model: the compiled model.
-        data: the data with their states.
         actuators: their numbers.
 
     Attributes:
         controls: the places of their controls.
     """
 
-    def __init__(self, model: Any, data: Any, actuators: Sequence[int]) -> None:
+    def __init__(self, model: Any, actuators: Sequence[int]) -> None:
         m, first = model, model.actuator_actadr[actuators]
         self.controls = _places(m.actuator_ctrladr[actuators])
         outputs = m.actuator_outadr[actuators]  # lengths, forces and gears are those of outputs
@@ -166,16 +165,14 @@ class ActuatorGroup:
         self._gears = np.where(gears != 0, gears, 1.0)
         self._outputs, self._active = _places(outputs), _places(np.flatnonzero(first >= 0))
         self._activations = _places((first + m.actuator_actnum[actuators] - 1)[self._active])
-        self._lengths, self._velocities = data.actuator_length, data.actuator_velocity
-        self._forces, self._all_activations = data.actuator_force, data.act
 
-    def states(self) -> FloatArray:
-        """Return lengths, velocities, tensions and activations, shape ``(4, n)``."""
+    def states(self, data: Any) -> FloatArray:
+        """Return lengths, velocities, tensions and activations in MuJoCo's data, shape ``(4, n)``."""
         found = np.zeros((4, len(self._gears)))
-        np.divide(self._lengths[self._outputs], self._gears, out=found[0])
-        np.divide(self._velocities[self._outputs], self._gears, out=found[1])
-        np.multiply(self._forces[self._outputs], -self._gears, out=found[2])
-        found[3, self._active] = self._all_activations[self._activations]
+        np.divide(data.actuator_length[self._outputs], self._gears, out=found[0])
+        np.divide(data.actuator_velocity[self._outputs], self._gears, out=found[1])
+        np.multiply(data.actuator_force[self._outputs], -self._gears, out=found[2])
+        found[3, self._active] = data.act[self._activations]
         return found
 
 
@@ -194,42 +191,33 @@ class PresentState:
 
     Args:
         model: the compiled model.
-        data: its state.
     """
 
-    def __init__(self, model: Any, data: Any) -> None:
-        self._model, self._data = model, data
+    def __init__(self, model: Any) -> None:
         self._now: Any = None
-        self._state = np.empty(mujoco.mj_stateSize(model, _STATE))
         self._computed = b""
         self._complete = False
         of_contacts = (model.actuator_trntype == mujoco.mjtTrn.mjTRN_BODY).any()
         self._find_positions = mujoco.mj_fwdPosition if of_contacts else _find_lengths
 
-    def group(self, actuators: Sequence[int]) -> ActuatorGroup:
-        """Return the states of actuators, given by their numbers."""
-        return ActuatorGroup(self._model, self._present(), actuators)
+    def states(self, m: Any, state: FloatArray, group: ActuatorGroup) -> FloatArray:
+        """Return lengths, velocities, tensions and activations in a complete state, shape ``(4, n)``."""
+        return group.states(self._compute(m, state, complete=False))
 
-    def states(self, group: ActuatorGroup) -> FloatArray:
-        """Return lengths, velocities, tensions and activations, shape ``(4, n)``."""
-        self._compute(complete=False)
-        return group.states()
-
-    def sensor(self, sensor: int) -> FloatArray:
-        """Return the numbers of a sensor."""
-        m, now = self._model, self._compute(complete=True)
-        first = m.sensor_adr[sensor]
+    def sensor(self, m: Any, state: FloatArray, sensor: int) -> FloatArray:
+        """Return the numbers of a sensor in a complete state."""
+        first, now = m.sensor_adr[sensor], self._compute(m, state, complete=True)
         numbers: FloatArray = now.sensordata[first : first + m.sensor_dim[sensor]].copy()
         return numbers
 
-    def _compute(self, *, complete: bool) -> Any:
-        """Return data of the present state, with accelerations and sensors on request."""
-        m, now = self._model, self._present()
-        mujoco.mj_getState(m, self._data, self._state, _STATE)
-        state = self._state.tobytes()
+    def _compute(self, m: Any, numbers: FloatArray, *, complete: bool) -> Any:
+        """Return data of a state, with accelerations and sensors on request."""
+        if self._now is None:  # many runs do not need it
+            self._now = mujoco.MjData(m)
+        now, state = self._now, numbers.tobytes()
         if (self._complete or not complete) and state == self._computed:
             return now
-        mujoco.mj_setState(m, now, self._state, _STATE)
+        mujoco.mj_setState(m, now, numbers, _STATE)
         if complete:
             mujoco.mj_forward(m, now)
         else:
@@ -238,12 +226,6 @@ class PresentState:
             mujoco.mj_fwdActuation(m, now)
         self._computed, self._complete = state, complete
         return now
-
-    def _present(self) -> Any:
-        """Return the separate data, which many runs do not need."""
-        if self._now is None:
-            self._now = mujoco.MjData(self._model)
-        return self._now
 
 
 def _find_lengths(model: Any, data: Any) -> None:

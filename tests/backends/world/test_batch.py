@@ -73,6 +73,31 @@ def test_every_copy_is_bit_for_bit_what_it_is_alone(backend, scene, batch):
             assert np.array_equal(camera.latest.message.data, cameras[copy].latest.message.data)
 
 
+def forces(world):
+    """Return what a state does not hold: contacts and forces of the last step; and motions."""
+    wrench = world.engine.joint_wrench("hanging", "joint")
+    return list(world.engine.touches()), wrench, world.link_motion("hanging", "bob")
+
+
+def test_forces_of_the_last_step_are_those_alone_when_all_copies_have_taken_it(backend, scene, batch):
+    publication, felt = batch.advertise("/husky/cmd_vel"), []
+    for step in range(4):
+        batch.run_until(batch.now_ns + STEP_NS)
+        publication.publish(commands(step))
+        if step:  # for the first time after several steps
+            felt.append([forces(world) for world in batch.worlds])
+    for copy, seed in enumerate(SEEDS[:2]):
+        with backend.open(scene, seed=seed, options=backend.options()) as alone:
+            publication = alone.advertise("/husky/cmd_vel")
+            for step in range(4):
+                alone.run_until(alone.now_ns + STEP_NS)
+                forward, *_, turn = commands(step)[copy].tolist()
+                publication.publish(Twist(Vector3(forward), Vector3(z=turn)))
+                if step:
+                    assert repr(forces(alone)) == repr(felt[step - 1][copy])
+            assert forces(alone)[0]
+
+
 def test_a_copy_that_is_reset_alone_begins_anew_and_the_others_go_on(backend, scene, batch):
     publication = batch.advertise("/husky/cmd_vel")
     publication.publish(commands(0))
