@@ -11,7 +11,10 @@ from conftest import Ros, needs_ros
 pytestmark = needs_ros
 
 LOOP = ("run", "braitenberg_husky", "--world", "ros")
-LOCKSTEP = ("-s", "world.options={time: lockstep, patience: 2 s}")
+
+
+def lockstep(patience: str) -> tuple[str, str]:
+    return "-s", f"world.options={{time: lockstep, patience: {patience}}}"
 
 
 def errors(process: subprocess.Popen[str], timeout_s: float = 60) -> list[str]:
@@ -30,7 +33,7 @@ def test_without_a_master_the_error_says_how_to_start_one(no_master: Ros) -> Non
 
 
 def test_without_a_body_the_error_names_the_topics_without_a_provider(ros: Ros) -> None:
-    process = ros.nrp(*LOOP, *LOCKSTEP)
+    process = ros.nrp(*LOOP, *lockstep("2 s"))
     (error,) = errors(process)
     assert "/husky/camera" in error
     assert "/nrp/go" in error
@@ -41,7 +44,7 @@ def test_without_a_body_the_error_names_the_topics_without_a_provider(ros: Ros) 
 def test_two_bodies_for_one_loop_are_refused(ros: Ros) -> None:
     ros.body("--lockstep")
     ros.body("--lockstep")
-    (error,) = errors(ros.nrp(*LOOP, *LOCKSTEP))
+    (error,) = errors(ros.nrp(*LOOP, *lockstep("20 s")))
     assert "2 bodies wait" in error
 
 
@@ -61,6 +64,6 @@ def test_a_master_that_goes_away_ends_both_sides_with_one_error_each(ros: Ros) -
 @pytest.mark.slow
 def test_a_body_that_goes_away_ends_the_loop_with_one_error(ros: Ros) -> None:
     body = ros.body("--lockstep", "--until", "1s")
-    (error,) = errors(ros.nrp(*LOOP, *LOCKSTEP))
+    (error,) = errors(ros.nrp(*LOOP, *lockstep("20 s")))
     assert "the body has not answered on /nrp/done" in error
     assert body.wait(timeout=60) == 0

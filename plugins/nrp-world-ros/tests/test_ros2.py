@@ -324,8 +324,8 @@ def test_a_node_can_take_its_time_from_the_simulation(ros2: Ros2) -> None:
     assert second_ns > first_ns + 10**8
 
 
-def refused(ros2: Ros2) -> str:
-    options = "world.options={ros: 2, time: lockstep, patience: 2 s}"
+def refused(ros2: Ros2, patience: str) -> str:
+    options = f"world.options={{ros: 2, time: lockstep, patience: {patience}}}"
     process = ros2.nrp("run", "braitenberg_husky", "--world", "ros", "-s", options)
     said, _ = process.communicate(timeout=60)
     assert "Traceback" not in said
@@ -337,7 +337,7 @@ def refused(ros2: Ros2) -> str:
 @needs_ros2
 @pytest.mark.slow
 def test_without_a_body_the_error_names_the_topics_and_the_tool_of_ros_2(ros2: Ros2) -> None:
-    error = refused(ros2)
+    error = refused(ros2, "2 s")
     assert "/husky/camera" in error
     assert "ros2 topic list" in error
 
@@ -346,6 +346,6 @@ def test_without_a_body_the_error_names_the_topics_and_the_tool_of_ros_2(ros2: R
 @pytest.mark.slow
 def test_a_body_that_goes_away_ends_the_loop_with_one_error(ros2: Ros2) -> None:
     body = ros2.body("--lockstep", "--until", "1s")
-    error = refused(ros2)
+    error = refused(ros2, "20 s")
     assert "the body has not answered on /nrp/done" in error
     assert body.wait(timeout=60) == 0
