@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from nrp_core.scene.model import ConcaveMesh, Geometry, Heightmap, Mesh, Scene
 from nrp_core.scene.rigid import Pose
 from nrp_core.scene.tessellation import box_around, triangles_of
 from nrp_world_mujoco.library import mujoco, pos_quat
+
+if TYPE_CHECKING:
+    from nrp_world_mujoco.ground import Ground
 
 MAX_CELLS = 15_000
 """Maximum number of convex geoms of all surfaces; more are merged. These take MuJoCo 1.5 s to compile."""
@@ -89,33 +92,30 @@ class Surfaces:
             for link in model.links
             for each in link.collisions
         }
+        from nrp_world_mujoco.ground import ground_of  # compiled code takes time to load
+
+        surfaces = {name: each for name, (_, each) in shapes.items() if isinstance(each, ConcaveMesh)}
+        grounds = {each: ground_of(*triangles_of(each)) for each in dict.fromkeys(surfaces.values())}
         cut: dict[str, ConcaveMesh] = {}
-        for name, (_, surface) in shapes.items():
-            if isinstance(surface, ConcaveMesh):
-                if ground := self._ground_of(surface, name, shapes):
-                    self._parts[name] = [ground]
-                else:
-                    cut[name] = surface
+        for name, surface in surfaces.items():
+            ground = grounds[surface]
+            if ground is None or self._is_above_another(ground, name, shapes):
+                cut[name] = surface
+            else:
+                self._parts[name] = [self._field(surface, ground.heights, ground.low, ground.high)]
         found = self._cells_of(Counter(cut.values()))
         parts = {surface: self._geoms(number, each) for number, (surface, each) in enumerate(found.items())}
         self._parts |= {name: parts[surface] for name, surface in cut.items()}
 
-    def _ground_of(
-        self, surface: ConcaveMesh, name: str, shapes: Mapping[str, tuple[Pose, Geometry]]
-    ) -> Part | None:
-        """Return a surface as heights; None if it is not a ground, or if another shape is beneath it."""
-        from nrp_world_mujoco.ground import ground_of  # compiled code takes time to load
-
-        ground = ground_of(*triangles_of(surface))
-        if ground is None:
-            return None
+    def _is_above_another(
+        self, ground: Ground, name: str, shapes: Mapping[str, tuple[Pose, Geometry]]
+    ) -> bool:
+        """Return whether another shape is beneath a ground, which cells leave free."""
         back = shapes[name][0].inverse()
         others = [place for other, place in shapes.items() if other != name]
         boxes = (box_around([(back @ pose, each)]) for pose, each in others)
         middles = np.array([(low + high) / 2 for low, high in filter(None, boxes)]).reshape(-1, 3)
-        if ground.is_above(middles):
-            return None
-        return self._field(surface, ground.heights, ground.low, ground.high)
+        return ground.is_above(middles)
 
     def _cells_of(self, uses: Mapping[ConcaveMesh, int]) -> dict[ConcaveMesh, list[FloatArray]]:
         """Return the convex cells of surfaces; if there are too many, merge small neighbours.
@@ -123,26 +123,15 @@ class Surfaces:
         Args:
             uses: number of collisions with each surface.
         """
-        # compiled code takes time to load
-        from nrp_core.scene.meshes.cells import boxes_of, cells, merged_cells, side_for
+        from nrp_core.scene.meshes.cells import cells_of_surfaces  # compiled code takes time to load
 
-        triangles = {}
-        for surface in uses:
-            vertices, faces = triangles_of(surface)
-            triangles[surface] = vertices[faces]
-        found = {surface: cells(each, surface.depth) for surface, each in triangles.items()}
-        side = side_for([boxes_of(each) for each in found.values()], list(uses.values()), MAX_CELLS)
-        errors = []
-        for surface, each in list(found.items()) if side else ():
-            found[surface], error = merged_cells(triangles[surface], surface.depth, side)
-            errors += [error] if len(found[surface]) < len(each) else []
-        if not errors:
-            return found
-        message = f"{len(errors)} concave meshes have too many convex parts for MuJoCo"
-        self._warnings.add(
-            Code.NRP258, f"{message}, which are merged: their surface is up to {max(errors):.2g} m off"
-        )
-        return found
+        found, errors = cells_of_surfaces(uses, MAX_CELLS)
+        if len(errors):
+            message = f"{len(errors)} concave meshes have too many convex parts for MuJoCo"
+            self._warnings.add(
+                Code.NRP258, f"{message}, which are merged: their surface is up to {max(errors):.2g} m off"
+            )
+        return dict(zip(uses, found, strict=True))
 
     def _geoms(self, number: int, cells: Sequence[FloatArray]) -> list[Part]:
         boxes = _boxes_of(cells)

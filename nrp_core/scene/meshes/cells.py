@@ -7,7 +7,8 @@ A cell is the hull of its polygons and of their copies moved into the solid.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise
 from operator import mul
 from pathlib import Path
 
@@ -18,9 +19,12 @@ from scipy.spatial.distance import cdist
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.cache import cached_folder
 from nrp_core._support.jit import jit
+from nrp_core.errors import SceneError
 from nrp_core.scene.meshes.concave import concave_parts
 from nrp_core.scene.meshes.convex import outward, simple_hull
 from nrp_core.scene.meshes.triangles import Points, Triangles, weld_vertices
+from nrp_core.scene.model import ConcaveMesh
+from nrp_core.scene.tessellation import triangles_of
 
 MAX_ERROR = 2e-3
 """Maximum distance of a cell from the surface, m; less for thin solids and small meshes."""
@@ -52,38 +56,68 @@ def cells(triangles: Triangles, depth: float) -> list[Points]:
         triangles: a surface whose triangles face outwards.
         depth: minimum thickness of the solid behind it, m.
     """
-    return _kept(triangles, depth, 0, lambda: (_computed(triangles, depth), 0.0))[0]
+    sources = [triangles.tobytes(), repr((triangles.dtype.str, depth)).encode()]
+    return _kept(sources, lambda: ([_computed(triangles, depth)], []))[0][0]
 
 
-def merged_cells(triangles: Triangles, depth: float, side: float) -> tuple[list[Points], float]:
-    """Return the cells of :func:`cells`, with one hull for all small ones in the same cube.
+def cells_of_surfaces(uses: Mapping[ConcaveMesh, int], most: int) -> tuple[list[list[Points]], FloatArray]:
+    """Return the cells of several surfaces, merged to hulls if they are too many, and kept as one entry.
 
     Args:
-        triangles: a surface whose triangles face outwards.
-        depth: minimum thickness of the solid behind it, m.
-        side: of the cubes, m; cells with a larger extent stay alone.
+        uses: how often each surface is used.
+        most: maximum number of cells, each counted as often as its surface is used.
 
     Returns:
-        The corners of each, and the greatest distance from the surface at the middles of their triangles, m.
+        The cells of each surface, and for each with merged ones their greatest distance from it, m.
+
+    Raises:
+        SceneError: the file of a mesh cannot be used.
     """
-    return _kept(triangles, depth, side, lambda: _merged(cells(triangles, depth), side))
+
+    def compute() -> tuple[list[list[Points]], list[float]]:
+        found = [
+            cells(vertices[faces], surface.depth)
+            for surface in uses
+            for vertices, faces in (triangles_of(surface),)
+        ]
+        side = side_for([boxes_of(each) for each in found], list(uses.values()), most)
+        if not side:
+            return found, []
+        merged = [merged_cells(each, side) for each in found]
+        errors = [error for each, (made, error) in zip(found, merged, strict=True) if len(made) < len(each)]
+        return [made for made, _ in merged], errors
+
+    described = [(each.scale, each.depth, count) for each, count in uses.items()]
+    try:
+        files = [surface.path.read_bytes() for surface in uses]
+    except OSError as error:
+        raise SceneError(f"the mesh cannot be read: {error}", path=Path(str(error.filename))) from error
+    return _kept([*files, repr((described, most)).encode()], compute)
 
 
 def _kept(
-    triangles: Triangles, depth: float, side: float, compute: Callable[[], tuple[list[Points], float]]
-) -> tuple[list[Points], float]:
-    digest = hashlib.blake2b(triangles.tobytes(), digest_size=16)
-    digest.update(repr((triangles.dtype.str, depth, side)).encode() + Path(__file__).read_bytes())
+    sources: Sequence[bytes], compute: Callable[[], tuple[list[list[Points]], Sequence[float]]]
+) -> tuple[list[list[Points]], FloatArray]:
+    """Return what ``compute`` returns, computed once for the same sources and version of this file."""
+    digest = hashlib.blake2b(Path(__file__).read_bytes(), digest_size=16)
+    for source in sources:
+        digest.update(source)
 
     def fill(folder: Path) -> None:
-        found, error = compute()
-        counts, corners = [len(each) for each in found], np.concatenate([_NONE, *found])
-        np.savez(folder / _FILE, counts=counts, corners=corners, error=error)
+        found, errors = compute()
+        every = [corners for each in found for corners in each]
+        counts, sizes = [len(each) for each in found], [len(each) for each in every]
+        np.savez(folder / _FILE, counts, sizes, np.concatenate([_NONE, *every]), errors)
 
     folder = cached_folder("cells", digest.hexdigest(), fill, lambda folder: (folder / _FILE).is_file())
     with np.load(folder / _FILE) as kept:
-        ends = np.cumsum(kept["counts"], dtype=int)
-        return np.split(kept["corners"], ends[:-1]) if len(ends) else [], float(kept["error"])
+        counts, sizes, corners, errors = (kept[f"arr_{number}"] for number in range(4))
+    every = [corners[begin:end] for begin, end in _slices(sizes)]
+    return [every[begin:end] for begin, end in _slices(counts)], errors
+
+
+def _slices(sizes: FloatArray) -> Iterator[tuple[int, int]]:
+    return pairwise([0, *np.cumsum(sizes, dtype=int).tolist()])
 
 
 def boxes_of(found: Sequence[Points]) -> tuple[Points, Points]:
@@ -135,10 +169,21 @@ def hollow_pieces(triangles: Triangles) -> list[Triangles]:
     side = side_for([boxes_of(found)], [1], MAX_HOLLOW)
     if not found or side > MAX_SIDE * float(np.ptp(triangles.reshape(-1, 3), axis=0).max()):
         return []
-    return [outward(simple_hull(corners)) for corners in (_merged(found, side)[0] if side else found)]
+    return [outward(simple_hull(corners)) for corners in (merged_cells(found, side)[0] if side else found)]
 
 
-def _merged(found: Sequence[Points], side: float) -> tuple[list[Points], float]:
+def merged_cells(found: Sequence[Points], side: float) -> tuple[list[Points], float]:
+    """Return cells with one hull for all small ones in the same cube.
+
+    Args:
+        found: the cells of a surface.
+        side: of the cubes, m; cells with a larger extent stay alone.
+
+    Returns:
+        The corners of each, and the greatest distance from the surface at the middles of their triangles, m.
+    """
+    if not found:
+        return [], 0.0
     groups = cubes_of(*boxes_of(found), side)
     order = np.argsort(groups, kind="stable")
     members = np.split(order, np.cumsum(np.bincount(groups))[:-1])

@@ -2,28 +2,39 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from pathlib import Path
 
 import numpy as np
 
+from nrp_core._support.cache import cached_folder
 from nrp_core.errors import SceneError
 from nrp_core.scene.meshes.triangles import Coordinates, Triangles
 
 
 def mean_color(image: bytes | None) -> tuple[float, float, float] | None:
-    """Return the mean red, green and blue of an image file, 0..1; None if it is missing or unreadable."""
+    """Return the mean red, green and blue of an image file, 0..1; None if it is missing or unreadable.
+
+    It is computed once and kept in the cache.
+    """
     if not image:
         return None
-    from nrp_core._support.opencv import cv2, decode
 
-    pixels = decode(image, cv2.IMREAD_COLOR)
-    if pixels is None:
-        return None
-    count = pixels.shape[0] * pixels.shape[1]
-    blue, green, red = (total / count / 255 for total in cv2.sumElems(pixels)[:3])  # exact, as numpy's mean
-    return red, green, blue
+    def fill(folder: Path) -> None:
+        from nrp_core._support.opencv import cv2, decode
+
+        pixels = decode(image, cv2.IMREAD_COLOR)
+        mean = () if pixels is None else cv2.sumElems(pixels)[2::-1]  # exact, as numpy's mean
+        count = 1 if pixels is None else pixels.shape[0] * pixels.shape[1] * 255
+        (folder / _MEAN).write_text(json.dumps([total / count for total in mean]))
+
+    digest = hashlib.blake2b(image, digest_size=16).hexdigest()
+    folder = cached_folder("colors", digest, fill, lambda folder: (folder / _MEAN).is_file())
+    return tuple(json.loads((folder / _MEAN).read_text())) or None
 
 
+_MEAN = "mean.json"
 _HEADER, _COUNT = 80, 4
 _COORDINATES = ".uv"
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

@@ -12,7 +12,7 @@ from nrp_world_mujoco.ground import ground_of
 from scipy.spatial import ConvexHull
 
 from nrp_core.findings import Code
-from nrp_core.scene.meshes.cells import MAX_HOLLOW, cells, merged_cells
+from nrp_core.scene.meshes.cells import MAX_HOLLOW, cells, cells_of_surfaces, merged_cells
 from nrp_core.scene.meshes.concave import concave_parts, hull_excess
 from nrp_core.scene.meshes.stl import write_stl
 from nrp_core.scene.meshes.triangles import revolve
@@ -269,10 +269,27 @@ def test_cells_are_computed_once(monkeypatch):
     assert all(np.array_equal(one, other) for one, other in zip(first, again, strict=True))
 
 
+@pytest.mark.parametrize("most", [100, 10_000])
+def test_the_cells_of_a_room_are_read_from_one_entry_until_a_mesh_changes(tmp_path, monkeypatch, most):
+    write_stl(tmp_path / "house.stl", hills(33))
+    uses = {ConcaveMesh(tmp_path / "house.stl", depth=depth): 2 for depth in (0.01, 0.02)}
+    first, errors = cells_of_surfaces(uses, most)
+    monkeypatch.setattr("nrp_core.scene.meshes.cells.cells", None)
+    again, errors_again = cells_of_surfaces(uses, most)
+    assert len(errors) == (2 if most == 100 else 0)
+    assert (errors == errors_again).all()
+    for one, other in zip([*first[0], *first[1]], [*again[0], *again[1]], strict=True):
+        assert np.array_equal(one, other)
+    write_stl(tmp_path / "house.stl", hills(33) * 2)
+    with pytest.raises(TypeError):  # computed anew
+        cells_of_surfaces(uses, most)
+
+
 def test_merged_cells_are_few_cover_the_surface_and_stay_as_near_it_as_they_say():
     surface, side = hills(65), 0.5
-    made, error = merged_cells(surface, 0.01, side)
-    assert len(cells(surface, 0.01)) > 4 * (8 / side) ** 2
+    found = cells(surface, 0.01)
+    made, error = merged_cells(found, side)
+    assert len(found) > 4 * (8 / side) ** 2
     assert len(made) <= (1 + 8 / side) ** 2 * 2
     assert 0.01 < error < side / 2
     a, b, c = surface[::4].swapaxes(0, 1)
@@ -292,7 +309,13 @@ def test_a_room_of_very_many_cells_has_fewer_for_mujoco_and_says_how_exact_they_
     pytest.importorskip("mujoco")
     monkeypatch.setattr("nrp_world_mujoco.surfaces.MAX_CELLS", 600)
     surface = np.concatenate([hills(33), hills(33) + np.array([0, 0, 1])])
-    world = open_world(room(tmp_path, surface, "1 0 2.2"))
+    scene = room(tmp_path, surface, "1 0 2.2")
+    write_stl(tmp_path / "thread.stl", quads(np.array([[(0, 0, 3), (1, 0, 3), (1, 5e-5, 3), (0, 5e-5, 3)]])))
+    link = scene.models[0].links[0]
+    thread = replace(link.collisions[0], name="thread", geometry=ConcaveMesh(tmp_path / "thread.stl"))
+    link = replace(link, collisions=(*link.collisions, thread))  # too narrow to have a cell
+    house = replace(scene.models[0], links=(link,))
+    world = open_world(replace(scene, models=(house, *scene.models[1:])))
     advance(world, 1.0)
     reported = [each.message for each in world.engine.warnings if each.code == Code.NRP258]
     off = float(re.search(r"([\d.]+) m off", reported[0]).group(1)) if reported else 0.0
