@@ -132,21 +132,25 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool, 
     pose = frames.pose(name, link)
     touched = [part for part, _ in solid if any(part.bits)]
     result = build_link(name, pose, inertial, shown, touched, sensors)
-    return replace(result, gravity=link.flag("gravity", True), decay=_decay(link))
+    return replace(result, gravity=link.flag("gravity", True), decay=_decay(link, reading))
 
 
-def _decay(link: Element) -> tuple[float, float]:
+def _decay(link: Element, reading: Reading) -> tuple[float, float]:
     """Return the rates of a ``<velocity_decay>``, 1/s.
 
-    Gazebo (ODE) multiplies a velocity by ``1 - decay`` in each of its steps, by default of 1 ms.
+    Gazebo Classic (ODE) multiplies a velocity by ``1 - decay`` in each of its steps, by default of 1 ms, so
+    that links with 1 hardly move. Files with 1 and more are for engines that ignore the element: DART and
+    Bullet in Gazebo.
     """
     section = link.section("velocity_decay")
-    shares = {tag: section.number(tag, 0.0) for tag in ("linear", "angular")}
-    for tag, share in shares.items():
-        if not 0.0 <= share < 1.0:
-            least = "a velocity loses this share of it in each millisecond"
-            raise section.error(f"<{tag}> must be at least 0 and below 1, not {share:g}: {least}")
-    return -log1p(-shares["linear"]) / _STEP_S, -log1p(-shares["angular"]) / _STEP_S
+    shares = [section.number(tag, 0.0) for tag in ("linear", "angular")]
+    if not all(0.0 <= share < 1.0 for share in shares):
+        reason = "is ignored, as by Gazebo Sim: a velocity cannot lose this share of it in each millisecond"
+        message = f"<velocity_decay> {max(shares, key=abs):g} {reason}"
+        reading.notes.warn(section, Code.NRP383, message, subject="velocity_decay", alike="velocity_decay")
+        return 0.0, 0.0
+    linear, angular = (-log1p(-share) / _STEP_S for share in shares)
+    return linear, angular
 
 
 def _with_unique_names(link: Element, tag: str, reading: Reading) -> Iterator[tuple[str, Element]]:

@@ -6,10 +6,9 @@ from math import exp
 from pathlib import Path
 
 import pytest
-from golden import Golden
 from jointed import axis, joint, link, push, read, told, weightless
 
-from nrp_core.errors import SceneError
+from nrp_core.findings import Code
 from nrp_core.messages.base import Duration
 from nrp_core.scene.sdf import read_model
 
@@ -76,13 +75,16 @@ def test_no_decay_is_too_strong_for_the_step(open_world, tmp_path, advance):
     assert max(map(abs, (*motion.linear, *motion.angular))) < 0.1
 
 
-@pytest.mark.parametrize("share", ["1", "-0.1"])
-def test_a_share_that_no_velocity_can_lose_is_refused(tmp_path: Path, share: str, golden: Golden) -> None:
+@pytest.mark.parametrize("share", ["1", "25.2", "-0.1"])
+def test_a_share_that_no_velocity_can_lose_is_ignored_as_in_gazebo(tmp_path: Path, share: str) -> None:
     file = tmp_path / "robot.sdf"
-    decay = f"<velocity_decay><linear>{share}</linear></velocity_decay>"
-    file.write_text(f'<sdf version="1.9"><model name="m"><link name="l">{decay}</link></model></sdf>')
-    with golden.raises(SceneError, match="<linear>"):
-        read_model(file)
+    decay = f"<velocity_decay><linear>{share}</linear><angular>0.1</angular></velocity_decay>"
+    links = "".join(f'<link name="{name}">{decay}</link>' for name in "ab")
+    file.write_text(f'<sdf version="1.9"><model name="m">{links}</model></sdf>')
+    model = read_model(file)
+    assert [each.decay for each in model.links] == [(0.0, 0.0)] * 2
+    (finding,) = (each for each in model.warnings if each.subject == "velocity_decay")
+    assert (finding.code, finding.count) == (Code.NRP383, 2)
 
 
 def test_a_damping_factor_of_a_urdf_is_a_decay(tmp_path: Path) -> None:
