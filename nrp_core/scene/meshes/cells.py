@@ -22,9 +22,9 @@ from nrp_core._support.jit import jit
 from nrp_core.errors import SceneError
 from nrp_core.scene.meshes.concave import concave_parts
 from nrp_core.scene.meshes.convex import outward, simple_hull
+from nrp_core.scene.meshes.stl import read_stl
 from nrp_core.scene.meshes.triangles import Points, Triangles, weld_vertices
 from nrp_core.scene.model import ConcaveMesh
-from nrp_core.scene.tessellation import triangles_of
 
 MAX_ERROR = 2e-3
 """Maximum distance of a cell from the surface, m; less for thin solids and small meshes."""
@@ -75,11 +75,7 @@ def cells_of_surfaces(uses: Mapping[ConcaveMesh, int], most: int) -> tuple[list[
     """
 
     def compute() -> tuple[list[list[Points]], list[float]]:
-        found = [
-            cells(vertices[faces], surface.depth)
-            for surface in uses
-            for vertices, faces in (triangles_of(surface),)
-        ]
+        found = [cells(_scaled(surface), surface.depth) for surface in uses]
         side = side_for([boxes_of(each) for each in found], list(uses.values()), most)
         if not side:
             return found, []
@@ -93,6 +89,11 @@ def cells_of_surfaces(uses: Mapping[ConcaveMesh, int], most: int) -> tuple[list[
     except OSError as error:
         raise SceneError(f"the mesh cannot be read: {error}", path=Path(str(error.filename))) from error
     return _kept([*files, repr((described, most)).encode()], compute)
+
+
+def _scaled(surface: ConcaveMesh) -> Triangles:
+    triangles = read_stl(surface.path) * surface.scale
+    return triangles[:, ::-1] if np.prod(surface.scale) < 0 else triangles
 
 
 def _kept(
