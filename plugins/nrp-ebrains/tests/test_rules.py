@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 from typing import Any
@@ -294,3 +295,109 @@ def test_an_event_loop_runs_in_lockstep_and_says_so(write: Write) -> None:
     assert [value for _, value in received(path)] == [
         "0/3/0/True", "0/3/0/True", "200/3/0/False", "200/3/0/False", "400/3/300/True", "400/3/300/True",
     ]  # fmt: skip
+
+
+CHAT = """
+    from nrp_core.data.nrp_json import JsonDataPack, NlohmannJson
+    from nrp_core.data.nrp_protobuf import GazeboJoint
+    from nrp_core.event_loop import *
+
+    always = node_policies.functional_node.exec_policy.always
+    seen = []
+
+    @MQTTSubscriber("text", "lab/text", str)
+    @MQTTSubscriber("joint", "lab/joint", GazeboJoint)
+    @MQTTSubscriber("parsed", "lab/json", NlohmannJson)
+    @FunctionalNode("listener")
+    def listen(text, joint, parsed):
+        seen.append((text, joint.position, parsed["n"]))
+
+    @Iteration("n")
+    @MQTTPublisher("text", "lab/text", str)
+    @MQTTPublisher("joint", "lab/joint", GazeboJoint)
+    @MQTTPublisher("json", "lab/json", str)
+    @OutputDummy("text", "end", compute_period=3)
+    @FunctionalNode("speaker", ["text", "joint", "json"], exec_policy=always)
+    def speak(n):
+        assert seen == [(f"at {i}", i, i) for i in range(n)], seen
+        return [f"at {n}", GazeboJoint(position=n), '{"n": %d}' % n]
+"""
+COUNTED = """
+    from nrp_core.event_loop import *
+
+    counts = [0, 0]
+    always = node_policies.functional_node.exec_policy.always
+
+    @OutputDummy("done", "rare", compute_period=3)
+    @FunctionalNode("rare", ["done"], exec_policy=always)
+    def rare():
+        counts[0] += 1
+        return [0]
+
+    @FunctionalNode("unused", ["nothing"], exec_policy=always)
+    def unused():
+        counts[1] += 1
+        return [0]
+
+    @Iteration("n")
+    @OutputDummy("done", "each")
+    @FunctionalNode("each", ["done"], exec_policy=always)
+    def each(n):
+        assert counts == [n // 3 + 1, 0], counts
+        with open("counts.txt", "a") as file:
+            return [file.write(f"{n} ")]
+"""
+
+
+def without_engines(**more: Any) -> dict[str, Any]:
+    return {"SimulationLoop": "EventLoop", "EventLoop": {"Timestep": 0.1, "Timeout": 1.0, **more}}
+
+
+def test_messages_of_mqtt_reach_the_nodes_of_the_next_iteration(write: Write) -> None:
+    run(write(without_engines() | {"ComputationalGraph": ["chat.py"]}, chat=CHAT))
+
+
+def test_an_output_driven_event_loop_computes_each_output_after_its_period(write: Write) -> None:
+    loop = without_engines(ExecutionMode="OutputDriven")
+    path = write(loop | {"ComputationalGraph": ["counted.py"]}, counted=COUNTED)
+    run(path)
+    assert path.with_name("counts.txt").read_text().split() == [str(i) for i in range(10)]
+
+
+BESIDE = """
+    from nrp_core.data.nrp_json import JsonDataPack
+    from nrp_core.event_loop import *
+
+    @MQTTSubscriber("clock", "slow/get/clock", JsonDataPack)
+    @MQTTPublisher("out", "fast/set/received", JsonDataPack)
+    @FunctionalNode("node", ["out"])
+    def node(clock):
+        made = JsonDataPack("received", "fast")
+        made.data["time"] = clock.data["time"]
+        return [made]
+"""
+
+
+def beside(path: Path, name: str, step_s: float) -> dict[str, Any]:
+    engine = {"EngineName": name, "PythonFileName": "times.py"}
+    path.with_name(f"{name}.json").write_text(json.dumps({"Timestep": step_s, "EngineConfig": engine}))
+    return {"ProcCmd": "async_python_json_engine.py", "ProcStartParams": [f"--config={name}.json"]}
+
+
+def test_engines_beside_an_event_loop_exchange_datapacks_by_their_topics(write: Write) -> None:
+    config = without_engines() | {"ComputationalGraph": ["beside.py"], "MQTTNode": {}}
+    path = write(config, times=TIMES, beside=BESIDE)
+    programs = [beside(path, "fast", 0.1), beside(path, "slow", 0.3), {"ProcCmd": "roslaunch room.launch"}]
+    path.write_text(json.dumps(config | {"ExternalProcesses": programs}))
+    assert [one.message for one in validate(path) if "roslaunch" in one.message]
+    run(path)
+    assert [value for _, value in received(path)] == [str(300 * (i // 3)) for i in range(10)]
+
+
+def test_an_engine_beside_an_event_loop_needs_its_file(write: Write, golden: Golden) -> None:
+    path = write(without_engines())
+    programs = [beside(path, "fast", 0.1)]
+    path.with_name("fast.json").unlink()
+    path.write_text(json.dumps(without_engines() | {"ComputationalGraph": [], "ExternalProcesses": programs}))
+    with golden.raises(InvalidExperimentError, match=r"fast\.json"):
+        read_json(path)

@@ -17,8 +17,8 @@ from nrp_core.experiment import Key, Place, Tree, form_of, parse_tree
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
 
 WHAT: Final = "a configuration of NRP-core 4"
-MARK: Final = '"EngineConfigs"'
-"""What a configuration contains and another JSON file does not."""
+_MARKS: Final = ('"EngineConfigs"', '"ComputationalGraph"')
+"""A configuration contains one of these, and another JSON file does not."""
 PYTHON: Final = ("python_json", "python_grpc", "py_sim")
 GAZEBO: Final = ("gazebo_grpc", "gazebo_json")
 NEST: Final = ("nest_json", "nest_server")
@@ -36,6 +36,11 @@ _FILES: Final = {
 EVENT_LOOP: Final = "EventLoop"
 """The loop that follows the clock in NRP-core 4."""
 _SIMULATORS: Final = ("Mujoco", "Bullet", "OpenAI", "Opensim")
+_PROGRAMS: Final = {
+    "async_python_json_engine.py": PYTHON[0], "async_python_grpc_engine.py": PYTHON[1],
+    "async_pysim_engine.py": PYTHON[2], "gzserver": GAZEBO[0],
+}  # fmt: skip
+"""Programs that run an engine beside an event loop, with the type of the engine."""
 
 
 class _Form(BaseModel):
@@ -112,6 +117,19 @@ class EventLoopConfig(_Form):
 
     Timestep: float = Field(default=0.01, gt=0)
     Timeout: float = Field(default=0.0, ge=0)
+    ExecutionMode: str = "AllNodes"
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether only the nodes run that outputs need."""
+        return self.ExecutionMode == "OutputDriven"
+
+
+class _ProcessConfig(_Form):
+    """A program that is started beside the loop."""
+
+    ProcCmd: str = ""
+    ProcStartParams: list[str] = Field(default_factory=list)
 
 
 class Configuration(_Form):
@@ -167,7 +185,8 @@ class Configuration(_Form):
 def is_configuration(path: Path) -> bool:
     """Return whether a JSON file is a configuration."""
     try:
-        return MARK in path.read_text("utf-8-sig")
+        text = path.read_text("utf-8-sig")
+        return any(mark in text for mark in _MARKS)
     except (OSError, UnicodeDecodeError):
         return False
 
@@ -182,11 +201,40 @@ def read_configuration(path: Path) -> tuple[Configuration, Tree, list[Finding]]:
         InvalidExperimentError: it is not valid, or needs something that is not supported.
     """
     tree = _tree(path)
+    notes = _take_processes(tree, path.parent)
     configuration = form_of(tree, Configuration, WHAT)
     found = [*_unsupported(configuration, tree), *_missing(configuration, tree)]
     if found:
         raise InvalidExperimentError(found)
-    return configuration, tree, list(_ignored(configuration, tree))
+    return configuration, tree, [*notes, *_ignored(configuration, tree)]
+
+
+def _take_processes(tree: Tree, folder: Path) -> list[Finding]:
+    """Add the engines that run as programs beside an event loop; return notes about the other programs.
+
+    Raises:
+        InvalidExperimentError: the file of such an engine does not exist or is not valid.
+    """
+    found, loop, processes = [], tree.at("SimulationLoop"), tree.at("ExternalProcesses")
+    for one in processes.value if processes and isinstance(processes.value, list) else ():
+        process = form_of(one, _ProcessConfig, "a program")
+        kind = _PROGRAMS.get(Path(process.ProcCmd).name) if loop and loop.value == EVENT_LOOP else None
+        names = [text[9:] for text in process.ProcStartParams if text.startswith("--config=")]
+        if kind is None or not names:
+            message = f"'{process.ProcCmd}' is not started: everything runs in this process"
+            found.append(one.place.finding(Code.NRP216, message, Level.WARNING))
+            continue
+        if not (folder / names[0]).is_file():
+            raise InvalidExperimentError([one.place.finding(Code.NRP204, f"there is no file '{names[0]}'")])
+        own = _tree(folder / names[0])
+        engine = own.at("EngineConfig") or Tree({}, own.place)
+        engine.value["EngineType"] = Tree(kind, one.place)
+        if (step := own.at("Timestep")) is not None:
+            engine.value["EngineTimestep"] = step
+        if kind in GAZEBO:  # the world is the last argument of gzserver
+            engine.value["GazeboWorldFile"] = Tree(process.ProcStartParams[-1], one.place)
+        tree.value.setdefault("EngineConfigs", Tree([], one.place)).value.append(engine)
+    return found
 
 
 def _tree(path: Path) -> Tree:
@@ -222,7 +270,7 @@ def _unsupported(configuration: Configuration, tree: Tree) -> Iterator[Finding]:
     elif processor not in ("tf", "cg"):
         message = f"there is no DataPackProcessor '{processor}'; valid: tf, cg"
         yield no(message, "DataPackProcessor")
-    if not configuration.EngineConfigs:
+    if not configuration.EngineConfigs and not configuration.graph_step_ns:
         yield no("there is no engine: EngineConfigs is empty", "EngineConfigs")
     for i in range(len(configuration.EngineConfigs)):
         yield from _unsupported_engine(configuration, i, no)
@@ -293,7 +341,7 @@ def _ignored(configuration: Configuration, tree: Tree) -> Iterator[Finding]:
         return tree.place_of(*keys).finding(Code.NRP216, message, Level.WARNING)
 
     extra = configuration.model_extra or {}
-    for key in ("ExternalProcesses", "ROSNode", "MQTTNode"):
+    for key in ("ROSNode", "MQTTNode"):
         if key in extra:
             yield note(f"'{key}' is ignored: everything runs in this process", key)
     for i, engine in enumerate(configuration.EngineConfigs):

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -103,7 +104,7 @@ class Decorators:
             "StatusFunction": self.status,
             "EngineDataPack": _engine_datapack,
             "EngineDataPacks": _engine_datapacks,
-            "PreprocessedDataPack": _preprocessed_datapack,
+            "PreprocessedDataPack": partial(_engine_datapack, isPreprocessed=True),
             "SimulationTime": _simulation_time,
             "SimulationIteration": _simulation_iteration,
         }
@@ -146,35 +147,27 @@ def _on_function(change: Callable[[Function], None]) -> Callable[[Function], Fun
     return decorate
 
 
-def _engine_datapack(
-    keyword: str,
-    id: DataPackIdentifier,
-    isPreprocessed: bool = False,
+def _ask(
+    keyword: str, asked: Identity | list[Identity], is_preprocessed: bool
 ) -> Callable[[Function], Function]:
     def ask(function: Function) -> None:
-        function.inputs[keyword] = id.identity
-        if isPreprocessed:
+        function.inputs[keyword] = asked
+        if is_preprocessed:
             function.preprocessed.add(keyword)
 
     return _on_function(ask)
 
 
-def _preprocessed_datapack(keyword: str, id: DataPackIdentifier) -> Callable[[Function], Function]:
-    return _engine_datapack(keyword, id, isPreprocessed=True)
+def _engine_datapack(
+    keyword: str, id: DataPackIdentifier, isPreprocessed: bool = False
+) -> Callable[[Function], Function]:
+    return _ask(keyword, id.identity, isPreprocessed)
 
 
 def _engine_datapacks(
-    keyword: str,
-    datapackNames: Sequence[str],
-    engineName: str,
-    isPreprocessed: bool = False,
+    keyword: str, datapackNames: Sequence[str], engineName: str, isPreprocessed: bool = False
 ) -> Callable[[Function], Function]:
-    def ask(function: Function) -> None:
-        function.inputs[keyword] = [Identity(name, engineName) for name in datapackNames]
-        if isPreprocessed:
-            function.preprocessed.add(keyword)
-
-    return _on_function(ask)
+    return _ask(keyword, [Identity(name, engineName) for name in datapackNames], isPreprocessed)
 
 
 def _simulation_time(keyword: str) -> Callable[[Function], Function]:
@@ -223,14 +216,10 @@ def datapacks_of(function: Function, result: Any) -> list[DataPack]:
     Raises:
         TransferFunctionError: it returned something else.
     """
-    if not isinstance(result, list) or not all(isinstance(pack, DataPack) for pack in result):
-        given = (
-            result
-            if not isinstance(result, list)
-            else next(pack for pack in result if not isinstance(pack, DataPack))
-        )
+    wrong = [one for one in result if not isinstance(one, DataPack)] if isinstance(result, list) else [result]
+    if wrong:
         raise TransferFunctionError(
-            f"a {function.kind.value} function returns a list of datapacks, not {type(given).__name__}; "
+            f"a {function.kind.value} function returns a list of datapacks, not {type(wrong[0]).__name__}; "
             "an empty list for none",
             path=function.path,
         )

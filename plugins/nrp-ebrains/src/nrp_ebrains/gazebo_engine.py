@@ -64,18 +64,9 @@ def _controller(joint: Element, reading: Reading) -> JointController:
     return JointController(joint.tag, kind, topic, Pid(p, i, d, limit), target)
 
 
-def read_nothing(_plugin: Element, _model: ModelParts, _reading: Reading) -> None:
-    """Read a plugin that only gives a part of a model or world a datapack, as every part has here."""
-
-
 def is_inert(plugin: str) -> bool:
-    """Return whether a plugin only gives a part of a model or world a datapack."""
-    return (
-        re.fullmatch(
-            r"NRPGazebo(Grpc|JSON)(Link|Model|Camera)ControllerPlugin|NRPGazebo\w*WorldPlugin", plugin
-        )
-        is not None
-    )
+    """Return whether a plugin only gives a part of a model or world a datapack, as every part has here."""
+    return re.fullmatch(r"NRPGazebo\w+(Link|Model|Camera|World)(Controller)?Plugin", plugin) is not None
 
 
 # -- the engine

@@ -1,12 +1,16 @@
 """Computational graphs: nodes receive datapacks from engines and other nodes, and send some to engines.
 
 The graph runs before each step of an engine, driven by its outputs: only nodes run from which a path leads to
-an engine that is due. Of these, a node runs if one of its inputs is new, or always if it says so.
+an engine that is due. Of these, a node runs if one of its inputs is new, or always if it says so. Topics of
+MQTT connect the nodes of one graph, without a broker; those of an engine are its datapacks.
 """
 
+# ruff: noqa: A002 - the names of NRP-core 4
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import json
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, field
 from functools import partial
 from inspect import signature
@@ -16,7 +20,7 @@ from typing import Any, NoReturn
 
 from nrp_core.errors import TransferFunctionError, did_you_mean
 from nrp_core.scripts import Scope
-from nrp_ebrains.datapacks import DataPack, Identity
+from nrp_ebrains.datapacks import DataPack, Identity, JsonData
 from nrp_ebrains.modules import registered_by
 
 CLOCK, ITERATION = "clock", "iteration"
@@ -32,9 +36,7 @@ _POLICIES = SimpleNamespace(
     ),
     output_node=SimpleNamespace(publish_from_cache=True),
 )
-_ELSEWHERE = (
-    "RosSubscriber", "RosPublisher", "MQTTSubscriber", "MQTTPublisher", "FromSpinnaker", "ToSpinnaker",
-)  # fmt: skip
+_ELSEWHERE = "RosSubscriber", "RosPublisher", "FromSpinnaker", "ToSpinnaker"
 """Decorators of nodes for which there is no counterpart."""
 
 
@@ -52,6 +54,9 @@ class Node:
         counters: ``clock`` or ``iteration`` for each keyword.
         constants: the value of each keyword that a dummy gives.
         targets: the engine to which an output is sent.
+        subscribed: the topic and type of each keyword that receives messages of nodes.
+        published: the topic on which an output is published.
+        periods: how many iterations of an output-driven event loop an output is computed after.
         path: its file.
     """
 
@@ -64,6 +69,9 @@ class Node:
     counters: dict[str, str] = field(default_factory=dict)
     constants: dict[str, Any] = field(default_factory=dict)
     targets: dict[str, str] = field(default_factory=dict)
+    subscribed: dict[str, tuple[str, type]] = field(default_factory=dict)
+    published: dict[str, str] = field(default_factory=dict)
+    periods: dict[str, int] = field(default_factory=dict)
     path: Path | None = None
 
     def requested(self) -> Iterator[Identity]:
@@ -79,24 +87,32 @@ class Node:
 class NodeDecorators:
     """The decorators of graph files, which register nodes here.
 
+    Args:
+        engines: the names of engines, whose topics are their datapacks.
+
     Attributes:
         registered: the nodes so far.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, engines: Collection[str]) -> None:
         self.registered: list[Node] = []
+        self._engines = engines
 
     def names(self) -> Mapping[str, Any]:
         """Return the names that ``from nrp_core.event_loop import *`` gives a file."""
         return {
             "FunctionalNode": self._functional_node,
             "FromEngine": _from_engine,
-            "FromFunctionalNode": _from_node,
-            "ToEngine": _to_engine,
-            "Clock": partial(_counter, CLOCK),
-            "Iteration": partial(_counter, ITERATION),
-            "InputDummy": _input_dummy,
-            "OutputDummy": _output_dummy,
+            "FromFunctionalNode": lambda keyword, address, **_: _attach("nodes", keyword, _split(address)),
+            "ToEngine": partial(_output, "targets"),
+            "MQTTSubscriber": self._subscriber,
+            "MQTTPublisher": self._publisher,
+            "Clock": lambda keyword: _attach("counters", keyword, CLOCK),
+            "Iteration": lambda keyword: _attach("counters", keyword, ITERATION),
+            "InputDummy": lambda keyword, _id, value: _attach("constants", keyword, value),
+            "OutputDummy": lambda keyword, _id, compute_period=1, **_: _attach(
+                "periods", keyword, compute_period
+            ),
             "createFNFromFactoryModule": _refusal("createFNFromFactoryModule"),
             "node_policies": _POLICIES,
             **{name: _refusal(name) for name in _ELSEWHERE},
@@ -112,58 +128,47 @@ class NodeDecorators:
 
         return register
 
+    def _subscriber(self, keyword: str, address: str, type: type, **_policies: Any) -> Callable[[Node], Node]:
+        engine, _, name = address.partition("/get/")
+        if name and engine in self._engines:
+            return _attach("engines", keyword, Identity(name, engine))
+        return _attach("subscribed", keyword, (address, type))
+
+    def _publisher(
+        self, keyword: str, address: str, type: object = None, **policies: Any
+    ) -> Callable[[Node], Node]:
+        engine, _, name = address.partition("/set/")
+        if name and engine in self._engines:
+            return _output("targets", keyword, engine, **policies)
+        return _output("published", keyword, address, **policies)
+
+
+def _attach(table: str, keyword: str, value: Any) -> Callable[[Node], Node]:
+    """Return a decorator that adds an entry to a table of a node."""
+
+    def attach(node: Node) -> Node:
+        getattr(node, table)[keyword] = value
+        return node
+
+    return attach
+
 
 def _from_engine(keyword: str, address: str, **_policies: Any) -> Callable[[Node], Node]:
-    def ask(node: Node) -> Node:
-        engine, name = _split(address, node)
-        node.engines[keyword] = Identity(name, engine)
-        return node
-
-    return ask
+    engine, name = _split(address)
+    return _attach("engines", keyword, Identity(name, engine))
 
 
-def _from_node(keyword: str, address: str, **_policies: Any) -> Callable[[Node], Node]:
-    def ask(node: Node) -> Node:
-        node.nodes[keyword] = _split(address, node)
-        return node
-
-    return ask
-
-
-def _to_engine(keyword: str, address: str) -> Callable[[Node], Node]:
-    def send(node: Node) -> Node:
-        node.targets[keyword] = address.strip("/")
-        return node
-
-    return send
+def _output(
+    table: str, keyword: str, address: str, compute_period: int = 1, **_policies: Any
+) -> Callable[[Node], Node]:
+    count, send = _attach("periods", keyword, compute_period), _attach(table, keyword, address.strip("/"))
+    return lambda node: send(count(node))
 
 
-def _counter(kind: str, keyword: str) -> Callable[[Node], Node]:
-    def count(node: Node) -> Node:
-        node.counters[keyword] = kind
-        return node
-
-    return count
-
-
-def _input_dummy(keyword: str, _id: str, value: Any) -> Callable[[Node], Node]:
-    def give(node: Node) -> Node:
-        node.constants[keyword] = value
-        return node
-
-    return give
-
-
-def _output_dummy(_keyword: str, _id: str) -> Callable[[Node], Node]:
-    return lambda node: node
-
-
-def _split(address: str, node: Node) -> tuple[str, str]:
+def _split(address: str) -> tuple[str, str]:
     first, _, rest = address.strip("/").partition("/")
     if not rest:
-        raise TransferFunctionError(
-            f"the address of an input of '{node.name}' is '/name/item', not '{address}'"
-        )
+        raise TransferFunctionError(f"the address of an input is '/name/item', not '{address}'")
     return first, rest
 
 
@@ -203,13 +208,11 @@ class Graph:
     def __init__(self, nodes: Sequence[Node]) -> None:
         self._nodes = {node.name: node for node in nodes}
         self._last: dict[tuple[str, str], Any] = {}
+        self._messages: dict[str, Any] = {}
+        self._sent: dict[str, Any] = {}
         self._order: list[Node] = []
-        self._needed: dict[str, set[str]] = {}
         for node in nodes:
             self._place(node, ())
-        for node in nodes:
-            for engine in node.targets.values():
-                self._needed.setdefault(engine, set()).update(self._ancestors(node))
 
     def _place(self, node: Node, above: tuple[str, ...]) -> None:
         """Append a node to the order, after those that it depends on."""
@@ -232,48 +235,70 @@ class Graph:
         return names
 
     def reset(self) -> None:
-        """Delete the outputs of nodes."""
-        self._last.clear()
+        """Delete the outputs of nodes, and their messages."""
+        for kept in (self._last, self._messages, self._sent):
+            kept.clear()
+
+    def needed_by(self, engines: Collection[str]) -> set[str]:
+        """Return the names of the nodes from which a path leads to engines."""
+        return self._all_ancestors(one for one in self._order if set(engines) & set(one.targets.values()))
+
+    def needed_at(self, iteration: int) -> set[str]:
+        """Return the names of the nodes that outputs need in an iteration of an output-driven event loop."""
+        due = (one for one in self._order if any(iteration % each == 0 for each in one.periods.values()))
+        return self._all_ancestors(due)
+
+    def _all_ancestors(self, nodes: Iterable[Node]) -> set[str]:
+        return set().union(*map(self._ancestors, nodes))
 
     def run(
         self,
-        engines: Sequence[str] | None,
+        needed: Collection[str] | None,
         inputs: Mapping[Identity, DataPack],
         call: Callable[[Node, dict[str, Any]], Any],
         now: Mapping[str, int],
     ) -> dict[Identity, DataPack]:
-        """Run the nodes that send to engines, and return the datapacks for engines.
+        """Run nodes, and return the datapacks for engines; messages arrive in the next run.
 
         Args:
-            engines: the engines that are due; None: run all nodes.
+            needed: the names of the nodes; None: run all nodes.
             inputs: the datapacks of engines.
             call: calls the function of a node with its arguments.
             now: the values of ``clock`` and ``iteration``.
         """
-        needed = set(self._nodes) if engines is None else self._needed_by(engines)
+        arrived, self._sent = self._sent, {}
+        self._messages |= arrived
         new: set[tuple[str, str]] = set()
         sent: dict[Identity, DataPack] = {}
         for node in self._order:
-            if node.name not in needed:
+            if needed is not None and node.name not in needed:
                 continue
             packs = {keyword: inputs[one] for keyword, one in node.engines.items()}
             is_new = any(pack.updated for pack in packs.values()) or not new.isdisjoint(node.nodes.values())
+            is_new = is_new or any(topic in arrived for topic, _ in node.subscribed.values())
             if not (node.always or is_new or node.counters or node.constants):
                 continue
             given: dict[str, Any] = dict.fromkeys(signature(node.call).parameters)  # None without an input
             given |= {keyword: now[kind] for keyword, kind in node.counters.items()} | node.constants
             given |= {keyword: pack.copy() for keyword, pack in packs.items()}
             given |= {keyword: self._last.get(one) for keyword, one in node.nodes.items()}
+            given |= {keyword: self._message(*one) for keyword, one in node.subscribed.items()}
             for output, value in self._returned(node, call(node, given)):
                 self._last[node.name, output] = value
                 new.add((node.name, output))
+                if output in node.published:
+                    self._sent[node.published[output]] = deepcopy(value)
                 if output in node.targets and value is not None:
                     value.engine_name = node.targets[output]
                     sent[value.identity] = value
         return sent
 
-    def _needed_by(self, engines: Sequence[str]) -> set[str]:
-        return set().union(*(self._needed.get(name, set()) for name in engines))
+    def _message(self, topic: str, kind: type) -> Any:
+        """Return the last message of a topic as a type, or None."""
+        message = self._messages.get(topic)
+        if kind is JsonData and isinstance(message, str):
+            return JsonData(json.loads(message))
+        return str(message) if kind is str and message is not None else message
 
     def _returned(self, node: Node, result: Any) -> Iterator[tuple[str, Any]]:
         if result is None:

@@ -67,6 +67,7 @@ class Loop:
         nodes: the nodes of a computational graph, which take the place of functions.
         graph_step_ns: the period of the graph in an event loop, which runs all nodes; None: the nodes that an
             engine needs run before its steps.
+        is_driven: whether an event loop runs only the nodes that its outputs need.
 
     Attributes:
         iteration: the number of iterations so far.
@@ -81,13 +82,15 @@ class Loop:
         scope: Scope,
         nodes: Sequence[Node] = (),
         graph_step_ns: int | None = None,
+        *,
+        is_driven: bool = False,
     ) -> None:
         self.engines = {engine.name: engine for engine in engines}
         self._scope = scope
         by_kind = {kind: [one for one in functions if one.kind is kind] for kind in Kind}
         self._preprocessing, self._transceivers = by_kind[Kind.PREPROCESSING], by_kind[Kind.TRANSCEIVER]
         self._status = by_kind[Kind.STATUS]
-        self._graph, self._graph_step_ns = Graph(nodes), graph_step_ns
+        self._graph, self._graph_step_ns, self._is_driven = Graph(nodes), graph_step_ns, is_driven
         users: list[Function | Node] = [*functions, *nodes]
         asked = dict.fromkeys(one for user in users for one in user.requested())
         self._requested = {name: [one.name for one in asked if one.engine == name] for name in self.engines}
@@ -183,12 +186,16 @@ class Loop:
                 pack.updated = False
 
     def _run_graph(self, due: Sequence[Engine], t_ns: int) -> Mapping[Identity, DataPack]:
-        """Run the nodes that engines need; in an event loop all of them, at its own steps."""
-        if self._graph_step_ns and t_ns % self._graph_step_ns:
+        """Run the nodes that engines need; in an event loop its nodes, at its own steps."""
+        needed = None
+        if not self._graph_step_ns:
+            needed = self._graph.needed_by([engine.name for engine in due])
+        elif t_ns % self._graph_step_ns:
             return {}
-        engines = None if self._graph_step_ns else [engine.name for engine in due]
+        elif self._is_driven:
+            needed = self._graph.needed_at(t_ns // self._graph_step_ns)
         now = {CLOCK: t_ns // NS_PER_MS, ITERATION: self.iteration}
-        return self._graph.run(engines, self._inputs, self._guarded, now)
+        return self._graph.run(needed, self._inputs, self._guarded, now)
 
     def _read(self, engines: Sequence[Engine]) -> None:
         for engine in engines:

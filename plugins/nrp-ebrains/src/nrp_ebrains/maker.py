@@ -110,7 +110,8 @@ class ConfigurationMaker(Maker, Participant[Run]):
     def functions(self, experiment: Experiment, collector: Collector) -> Iterator[TransferFunction]:
         """Load the functions, which the loop of NRP-core 4 runs and not that of this program."""
         collector.findings += self._notes
-        decorators, of_nodes, shared = Decorators(), NodeDecorators(), ModuleType("functions")
+        names = [one.EngineName for one in self._configuration.EngineConfigs]
+        decorators, of_nodes, shared = Decorators(), NodeDecorators(names), ModuleType("functions")
         graphs = {"nrp_core.event_loop": module("nrp_core.event_loop", of_nodes.names())}
         self._scope = scope_with(decorators.names(), graphs, self._path.parent)
         self._functions, self._nodes = [], []
@@ -121,7 +122,6 @@ class ConfigurationMaker(Maker, Participant[Run]):
             with collector.during(Code.NRP210), in_folder(self._path.parent):
                 self._nodes += load_nodes(path, self._scope, shared, of_nodes)
         with collector.during(Code.NRP210):
-            names = [one.EngineName for one in self._configuration.EngineConfigs]
             require_engines([*self._functions, *self._nodes], names)
             require_own_inputs(self._functions)
         return iter(())
@@ -149,8 +149,8 @@ class ConfigurationMaker(Maker, Participant[Run]):
         built = to_built_brain(run.brain.network)
         built.begin(run)
         engines = [self._engine(one, run, built) for one in self._configuration.EngineConfigs]
-        graph_step_ns = self._configuration.graph_step_ns
-        self.loop = loop = Loop(engines, self._functions, self._scope, self._nodes, graph_step_ns)
+        step_ns, driven = self._configuration.graph_step_ns, self._configuration.EventLoop.is_driven
+        self.loop = loop = Loop(engines, self._functions, self._scope, self._nodes, step_ns, is_driven=driven)
         folder = self._path.parent
         with in_folder(folder):
             loop.initialize()

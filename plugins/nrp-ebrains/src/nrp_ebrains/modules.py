@@ -13,7 +13,7 @@ from google.protobuf.message import Message
 
 from nrp_core.errors import TransferFunctionError
 from nrp_core.scripts import Scope
-from nrp_ebrains.datapacks import JsonDataPack, JsonRawData, datapack_class, raw_data_class
+from nrp_ebrains.datapacks import JsonData, JsonDataPack, JsonRawData, datapack_class, raw_data_class
 from nrp_ebrains.messages import message_classes, message_modules
 from nrp_ebrains.protos import own_messages
 
@@ -51,7 +51,7 @@ def data_modules(folder: Path | None = None) -> dict[str, ModuleType]:
         names |= packs
         raw[python] = own[python] = module(python, classes)
         own[package.lower()] = module(package.lower(), packs)
-    json = {"JsonDataPack": JsonDataPack, "JsonRawData": JsonRawData}
+    json = {"JsonDataPack": JsonDataPack, "JsonRawData": JsonRawData, "NlohmannJson": JsonData}
     return {
         **own,
         "nrp_core.data": module("nrp_core.data", {}),
@@ -63,16 +63,17 @@ def data_modules(folder: Path | None = None) -> dict[str, ModuleType]:
 
 
 def _datapacks(package: str, classes: Mapping[str, type[Message]]) -> dict[str, Any]:
-    """Return the classes of datapacks and of raw data for the messages of a package, by name."""
+    """Return the messages of a package and their classes of datapacks and of raw data, by name."""
     kinds: dict[str, Callable[[type[Message]], type]] = {
         "DataPack": datapack_class,
         "RawData": raw_data_class,
     }
-    return {
+    made: dict[str, Any] = {
         f"{package}{name}{kind}": make(message)
         for name, message in classes.items()
         for kind, make in kinds.items()
     }
+    return made | {f"{package}{name}": message for name, message in classes.items()}
 
 
 def scope_with(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -11,6 +11,12 @@ import numpy as np
 
 from nrp_core.clock import NS_PER_S, from_seconds, seconds
 from nrp_core.errors import ExperimentError, did_you_mean
+
+
+def _require(name: Any, known: Collection[str], what: str) -> None:
+    """Raise ExperimentError unless a name is known."""
+    if name not in known:
+        raise ExperimentError(f"there is no {what} '{name}'{did_you_mean(name, known)}")
 
 
 class Simulator(ABC):
@@ -51,15 +57,9 @@ class MujocoSimulator(Simulator):
     ``site_xpos`` of a site, ``joint_qpos`` of a joint, ``body_xpos`` of a body.
     """
 
-    _OBJECTS: ClassVar = {
-        "body": "mjOBJ_BODY", "joint": "mjOBJ_JOINT", "geom": "mjOBJ_GEOM", "site": "mjOBJ_SITE",
-        "actuator": "mjOBJ_ACTUATOR", "sensor": "mjOBJ_SENSOR", "camera": "mjOBJ_CAMERA",
-        "light": "mjOBJ_LIGHT", "tendon": "mjOBJ_TENDON",
-    }  # fmt: skip
-    _COUNTS: ClassVar = {
-        "body": "nbody", "joint": "njnt", "geom": "ngeom", "site": "nsite", "actuator": "nu",
-        "sensor": "nsensor", "camera": "ncam", "light": "nlight", "tendon": "ntendon",
-    }  # fmt: skip
+    _OBJECTS = "body", "joint", "geom", "site", "actuator", "sensor", "camera", "light", "tendon"
+    _COUNTS: ClassVar = {"joint": "njnt", "actuator": "nu", "camera": "ncam"}
+    """The attributes with the numbers of objects; that of a body is ``nbody``."""
 
     def __init__(self, world: Path, step_s: float) -> None:
         import mujoco
@@ -85,10 +85,8 @@ class MujocoSimulator(Simulator):
     def get_model_property(self, datapack_name: Any, datapack_type: str) -> Any:
         thing, _, quantity = datapack_type.partition("_")
         type_, _ = self._kind(thing)
+        _require(str(datapack_name), self.get_model_properties(thing), thing)
         number = self._mujoco.mj_name2id(self._model, type_, str(datapack_name))
-        if number < 0:
-            hint = did_you_mean(datapack_name, self.get_model_properties(thing))
-            raise ExperimentError(f"there is no {thing} '{datapack_name}'{hint}")
         if thing == "joint":
             return self._of_joint(number, quantity)
         view = getattr(self._data, thing)(number)
@@ -109,9 +107,9 @@ class MujocoSimulator(Simulator):
         return values.copy()
 
     def _kind(self, kind: str) -> tuple[Any, int]:
-        if kind not in self._OBJECTS:
-            raise ExperimentError(f"there is no kind '{kind}'{did_you_mean(kind, self._OBJECTS)}")
-        return getattr(self._mujoco.mjtObj, self._OBJECTS[kind]), getattr(self._model, self._COUNTS[kind])
+        _require(kind, self._OBJECTS, "kind")
+        type_ = getattr(self._mujoco.mjtObj, f"mjOBJ_{kind.upper()}")
+        return type_, getattr(self._model, self._COUNTS.get(kind, f"n{kind}"))
 
     def get_sim_time(self) -> float:
         return float(self._data.time)
@@ -181,16 +179,12 @@ class BulletSimulator(Simulator):
         return name if isinstance(name, int) else int(getattr(self._constants, name))
 
     def get_model_properties(self, datapack_type: str) -> dict[str, int]:
-        if datapack_type not in self._names:
-            hint = did_you_mean(datapack_type, self._names)
-            raise ExperimentError(f"there is no kind '{datapack_type}'{hint}")
+        _require(datapack_type, self._names, "kind")
         return self._names[datapack_type]
 
     def get_model_property(self, datapack_name: Any, datapack_type: str) -> Any:
         numbers = self.get_model_properties(datapack_type)
-        if datapack_name not in numbers:
-            hint = did_you_mean(datapack_name, numbers)
-            raise ExperimentError(f"there is no {datapack_type} '{datapack_name}'{hint}")
+        _require(datapack_name, numbers, datapack_type)
         return self._read(datapack_type, numbers[datapack_name])
 
     def get_model_all_properties(self, datapack_type: str) -> list[Any]:
@@ -244,24 +238,18 @@ class GymnasiumSimulator(Simulator):
         return done
 
     def get_model_properties(self, datapack_type: str) -> list[str]:
-        self._require(datapack_type)
+        _require(datapack_type, ["Property"], "kind")
         return list(self._PROPERTIES)
 
     def get_model_property(self, datapack_name: Any, datapack_type: str) -> Any:
-        self._require(datapack_type)
-        if datapack_name not in self._values:
-            hint = did_you_mean(datapack_name, self._PROPERTIES)
-            raise ExperimentError(f"there is no property '{datapack_name}'{hint}")
+        _require(datapack_type, ["Property"], "kind")
+        _require(datapack_name, self._PROPERTIES, "property")
         value = self._values[datapack_name]
         return value.tolist() if hasattr(value, "tolist") else value
 
     def get_model_all_properties(self, datapack_type: str) -> dict[str, Any]:
-        self._require(datapack_type)
+        _require(datapack_type, ["Property"], "kind")
         return dict(self._values)
-
-    def _require(self, kind: str) -> None:
-        if kind != "Property":
-            raise ExperimentError(f"an environment has the kind 'Property', not '{kind}'")
 
     def get_sim_time(self) -> float:
         return self._time_s
@@ -309,16 +297,12 @@ class OpensimSimulator(Simulator):
         self._simulation.step(timestep_ns)
 
     def get_model_properties(self, datapack_type: str) -> list[str]:
-        if datapack_type not in self._kinds:
-            hint = did_you_mean(datapack_type, self._kinds)
-            raise ExperimentError(f"there is no kind '{datapack_type}'{hint}")
+        _require(datapack_type, self._kinds, "kind")
         return list(self._kinds[datapack_type])
 
     def get_model_property(self, datapack_name: Any, datapack_type: str) -> float:
         names = self.get_model_properties(datapack_type)
-        if datapack_name not in names:
-            hint = did_you_mean(datapack_name, names)
-            raise ExperimentError(f"there is no {datapack_type} '{datapack_name}'{hint}")
+        _require(datapack_name, names, datapack_type)
         if datapack_type == "Force":
             return float(self._simulation.muscle_states([datapack_name])[2, 0])
         states = self._simulation.joint_states()
