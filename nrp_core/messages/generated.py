@@ -59,15 +59,16 @@ def _class(name: str, constants: Any, fields: Any) -> type:
     ]
     text = f"ROS's message {name}, made from its definition."
     content = {"__doc__": text, **{label: value for label, _, value in constants}}
-    content["__reduce__"] = lambda self: (_again, (name, vars(self)))  # pickle finds no class by this name
     kind = make_dataclass(name.rpartition("/")[2], specs, namespace=content)
-    kind.__module__ = __name__
+    kind.__module__, kind.__qualname__ = __name__, name
     return message(name)(kind)
 
 
-def _again(name: str, values: dict[str, Any]) -> Any:
-    """Return a message from a pickle, such as a snapshot."""
-    return required(name)(**values)
+def __getattr__(name: str) -> Any:
+    """Return a class by its full name, by which pickles refer to it."""
+    if name.count("/") != 2:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return required(name)
 
 
 def _spec(node: Any, what: Any) -> tuple[Any, Any]:
