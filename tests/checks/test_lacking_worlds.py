@@ -26,6 +26,15 @@ def test_a_sensor_that_the_world_does_not_simulate_is_named(
     assert finding.path == husky / "listing2.py"
 
 
+def test_nothing_is_known_to_be_lacking_in_a_world_with_its_own_scene(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    elsewhere = WorldCapabilities(step_ns=1_000_000, own_scene=True)
+    monkeypatch.setattr(MujocoBackend, "capabilities", lambda self, options: elsewhere)
+    found = validate_file(Path(nrp_experiments.__path__[0]) / "following_head")
+    assert "NRP216" not in {one.code.name for one in found}
+
+
 def test_wheels_that_the_world_does_not_turn_are_named(husky: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     still = WorldCapabilities(step_ns=1_000_000, renderers=("raster",), dynamics=False)
     monkeypatch.setattr(MujocoBackend, "capabilities", lambda self, options: still)

@@ -58,8 +58,11 @@ def check_commands(examined: ExaminedExperiment) -> Iterator[Finding]:
 def _lacking(
     examined: ExaminedExperiment, needs: Callable[[Scene], Iterator[tuple[str, str]]]
 ) -> dict[str, str]:
-    """Return the topics for which the world lacks capabilities, with these capabilities."""
-    if examined.world is None or examined.scene is None:
+    """Return the topics for which the world lacks capabilities, with these capabilities.
+
+    Those of a world with its own scene, as a robot behind ROS, are not known.
+    """
+    if examined.world is None or examined.scene is None or examined.world.capabilities.own_scene:
         return {}
     has, backend = examined.world.capabilities, examined.experiment.world.backend
     return {

@@ -27,7 +27,7 @@ def check_distances(examined: ExaminedExperiment) -> Iterator[Finding]:
 @checks_experiment
 def check_dynamics(examined: ExaminedExperiment) -> Iterator[Finding]:
     """Report models that need forces to move or hold, in a world without dynamics."""
-    if examined.world is None:
+    if examined.world is None or examined.world.capabilities.own_scene:
         return
     has, backend = examined.world.capabilities, examined.experiment.world.backend
     for model in examined.models:
