@@ -387,7 +387,9 @@ def _make_stage(
     if topics is None:
         return None
     with collector.during(Code.NRP209, "world", "robots"):
-        stage = MockWorld(engine=MockEngine(scene, topics=topics))
+        known = MockWorld(scene=scene).topics if topics else {}
+        others = [topic for topic in topics if topic.name not in known]
+        stage = MockWorld(engine=MockEngine(scene, topics=others))
     if stage is None or not declare_own(experiment, stage, collector):
         return None
     for topic in experiment.world.sensors:

@@ -11,7 +11,9 @@ import pytest
 from conftest import Ros2, needs_ros2
 
 PAGE = Path(__file__).parents[3] / "docs" / "howto" / "use-ros.md"
-BLOCK = re.compile(r"<!-- not run: needs ROS 2 -->\n```(sh|python)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(
+    r"<!-- not run: needs (?:ROS 2|the plugin) -->\n```(sh|python)\n(.*?)^```$", re.MULTILINE | re.DOTALL
+)
 BLOCKS = BLOCK.findall(PAGE.read_text())
 FILE_NAME = re.compile(r"# ([\w.]+)\n")
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import ClassVar
 
 from nrp_core.errors import BackendLoadError
 from nrp_core.simulation import Determinism
-from nrp_core.world import Diagnosis, Engine, Scene, WorldBackend, WorldCapabilities, WorldOptions
+from nrp_core.world import Diagnosis, Engine, Scene, TopicInfo, WorldBackend, WorldCapabilities, WorldOptions
 
 from nrp_world_ros import ros1
 from nrp_world_ros.options import RosOptions, Simulator, TimeSource
@@ -26,16 +26,26 @@ class RosBackend(WorldBackend):
         if options.body is not None:
             simulator = Simulator.named(options.body, options.body_options)
             return replace(simulator.capabilities, releases_gil=True)
+        is_bag = options.bag is not None
         return WorldCapabilities(
             step_ns=options.timestep,
-            determinism=Determinism.STATISTICAL,
-            releases_gil=True,
+            determinism=Determinism.BITWISE if is_bag else Determinism.STATISTICAL,
+            releases_gil=not is_bag,
             ball_joints=True,
             loops=True,
             coupled_joints=True,
             own_scene=True,
-            real_time=options.time is not TimeSource.LOCKSTEP,
+            real_time=options.time is not TimeSource.LOCKSTEP and not is_bag,
         )
+
+    def topics(self, options: WorldOptions) -> Sequence[TopicInfo]:
+        assert isinstance(options, RosOptions)
+        if options.bag is None:
+            return ()
+        from nrp_world_ros.bag import Bag
+
+        with Bag(options.bag) as bag:
+            return list(bag.topics.values())
 
     def diagnose(self) -> list[Diagnosis]:
         found = [
@@ -54,6 +64,10 @@ class RosBackend(WorldBackend):
             from nrp_world_ros.hosted.engine import HostedEngine
 
             return HostedEngine(scene, seed, capabilities, options)
+        if options.bag is not None:
+            from nrp_world_ros.bag import BagEngine
+
+            return BagEngine(scene, seed, capabilities, options)
         return RosEngine(scene, seed, capabilities, options)
 
 

@@ -399,8 +399,11 @@ class RosEngine(Engine):
             self._node.check()
             time.sleep(0.05)
         if self._where.topics.keys() <= alone:
-            reported = " and ".join(sorted(self._where.topics))
-            self.warnings.add(Code.NRP212, f"the poses of models are unknown: no node publishes {reported}")
+            self._warn_of_poses()
+
+    def _warn_of_poses(self) -> None:
+        reported = " and ".join(sorted(self._where.topics))
+        self.warnings.add(Code.NRP212, f"the poses of models are unknown: no node publishes {reported}")
 
     def _introduce(self, topic: str) -> None:
         """Wait for the subscribers of a new topic."""

@@ -40,9 +40,14 @@ class Letter:
 
 
 class Inbox:
-    """Waiting messages; any thread may add one."""
+    """Waiting messages; any thread may add one.
 
-    def __init__(self) -> None:
+    Args:
+        depth: maximum number of a topic; None: all.
+    """
+
+    def __init__(self, depth: int | None = DEPTH) -> None:
+        self._depth = depth
         self._changed = threading.Condition()
         self._letters: dict[str, deque[Letter]] = {}
         self._counts: Counter[tuple[str, str]] = Counter()
@@ -51,7 +56,7 @@ class Inbox:
     def add(self, letter: Letter) -> None:
         """Add a message."""
         with self._changed:
-            self._letters.setdefault(letter.topic, deque(maxlen=DEPTH)).append(letter)
+            self._letters.setdefault(letter.topic, deque(maxlen=self._depth)).append(letter)
             self._counts[letter.sender, letter.topic] += 1
             self._changed.notify_all()
 
@@ -127,6 +132,7 @@ class Node(Closing):
 
     Args:
         codec: the encoding of messages in this ROS.
+        depth: maximum number of waiting messages of a topic; None: all.
 
     Attributes:
         inbox: the received messages.
@@ -138,9 +144,9 @@ class Node(Closing):
     returns_errors: ClassVar[bool]
     """Whether the caller of a service is told why it failed."""
 
-    def __init__(self, codec: Codec) -> None:
+    def __init__(self, codec: Codec, depth: int | None = DEPTH) -> None:
         self.codec = codec
-        self.inbox = Inbox()
+        self.inbox = Inbox(depth)
 
     @property
     @abstractmethod

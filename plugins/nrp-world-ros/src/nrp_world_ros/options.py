@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
+from pathlib import Path
 from typing import Annotated, Any, Self
 
 from nrp_core import worlds
@@ -105,6 +106,11 @@ class RosOptions(WorldOptions):
         dict[str, Any], Field(default_factory=dict, description="the options of that backend")
     ]
 
+    bag: Annotated[
+        Path | None,
+        Field(description="the messages of this file or folder arrive, instead of those of ROS"),
+    ] = None
+
     @model_validator(mode="before")
     @classmethod
     def _suits_a_body_of_ours(cls, given: Any) -> Any:
@@ -115,6 +121,9 @@ class RosOptions(WorldOptions):
 
     @model_validator(mode="after")
     def _agrees_with_itself(self) -> Self:
+        others = ", ".join(f"'{name}'" for name in self.model_fields_set - {"bag", "timestep"})
+        if self.bag is not None and others:
+            raise ValueError(f"a bag needs no connection to ROS: remove {others}")
         if self.domain is not None and self.ros is Ros.ONE:
             raise ValueError("only ROS 2 has domains: add 'ros: 2'")
         if self.body is None:

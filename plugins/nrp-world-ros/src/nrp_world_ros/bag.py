@@ -1,0 +1,261 @@
+"""A bag as a body: the messages that ROS 1 or 2 has recorded arrive at their times, whatever the commands.
+
+No ROS is needed. Time 0 is the time of the first message of the bag.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from nrp_core.clock import seconds
+from nrp_core.errors import BackendLoadError, SimulationError, TopicError, did_you_mean
+from nrp_core.messages.cdr import Codec
+from nrp_core.messages.cv_bridge import CvBridge, CvBridgeError
+from nrp_core.messages.generated import made
+from nrp_core.messages.sensor_msgs import CompressedImage, Image
+from nrp_core.world import Code, Direction, Model, Part, TopicInfo
+from rosbags.rosbag1 import Reader as Reader1
+from rosbags.rosbag1 import ReaderError as Error1
+from rosbags.rosbag2 import Reader as Reader2
+from rosbags.rosbag2 import ReaderError as Error2
+from rosbags.typesys import TypesysError
+
+from nrp_world_ros.engine import RemotePart, RosEngine
+from nrp_world_ros.node import Answer, Letter, Node, Publisher
+from nrp_world_ros.ros1_encoding import Ros1Codec
+from nrp_world_ros.timekeeping import Sent, Timekeeper
+
+_COMPRESSED = "/compressed"
+"""The end of the topic on which ROS has the images of a camera as files."""
+
+
+class Bag(Node):
+    """A bag in the place of a node of ROS; what is sent to it has no effect.
+
+    Args:
+        path: a ``.bag`` of ROS 1; an ``.mcap``, a ``.db3`` or a folder with ``metadata.yaml`` of ROS 2.
+
+    Raises:
+        BackendLoadError: there is no such bag, or it cannot be read.
+    """
+
+    tool = "bag"
+    returns_errors = False
+    reach = "a bag"
+
+    def __init__(self, path: Path) -> None:
+        is_first = path.suffix == ".bag"
+        super().__init__(Ros1Codec() if is_first else Codec(), depth=None)
+        self.path = path
+        self._reader: Any
+        try:
+            self._reader = Reader1(path) if is_first else Reader2(path)
+            self._reader.open()
+        except (Error1, Error2, OSError) as error:
+            raise BackendLoadError(f"the bag '{path}' cannot be read: {error}") from error
+        first = next(self._reader.messages(), None)
+        self._begin_ns: int = self._reader.start_time if first is None else first[1]
+        self._duration_ns: int = max(self._reader.end_time - self._begin_ns, 1)
+        self._heard: dict[str, set[str]] = {}
+        self.rewind()
+
+    @cached_property
+    def topics(self) -> dict[str, TopicInfo]:
+        """The topics whose types are known here with the fields that they have in the bag."""
+        counts = Counter[str]()
+        for each in self._reader.connections:
+            counts[_absolute(each.topic)] += each.msgcount
+        found: dict[str, TopicInfo] = {}
+        for each in self._reader.connections:
+            name, kind = _absolute(each.topic), self._class(each)
+            if kind is not None and counts[name]:
+                rate_hz = counts[name] / seconds(self._duration_ns)
+                found[name] = TopicInfo(name, kind, Direction.OUT, rate_hz, "in the bag")
+        return found
+
+    def _class(self, connection: Any) -> type | None:
+        """Return the class of the messages of a topic; None if it differs from the type in the bag."""
+        name, text = _full(connection.msgtype), connection.msgdef.data
+        try:
+            if text and "IDL: " not in text:
+                self.codec.define(name, text)
+            kind = made(name)
+            return kind if kind is None or self.codec.name(kind) == name else None
+        except (TypesysError, TopicError, KeyError):
+            return None
+
+    # -- playing
+
+    def rewind(self) -> None:
+        """Continue from the beginning."""
+        self._t_ns, self.ended = -1, False
+        self._coming: Iterator[Any] | None = None
+
+    def play(self, t_ns: int) -> Sent:
+        """Put the messages until a time into the inbox, and return their times."""
+        coming = self._coming
+        if coming is None:
+            heard = [each for each in self._reader.connections if _absolute(each.topic) in self._heard]
+            begin_ns = self._begin_ns + self._t_ns + 1
+            coming = self._coming = self._reader.messages(heard, start=begin_ns) if heard else iter(())
+            self._next = next(coming, None)
+        sent: Sent = {}
+        while self._next is not None and (at_ns := self._next[1] - self._begin_ns) <= t_ns:
+            connection, _, data = self._next
+            source = _absolute(connection.topic)
+            for topic in self._heard[source]:
+                letter = Letter if topic == source else _Compressed
+                self.inbox.add(letter(topic, _full(connection.msgtype), bytes(data), "the bag", self.codec))
+                sent.setdefault(topic, []).append(at_ns)
+            self._next = next(coming, None)
+        self._t_ns = t_ns
+        self.ended = t_ns > self._duration_ns
+        return sent
+
+    # -- as a node
+
+    def listen(self, topic: str, cls: type) -> None:
+        source, wanted = topic, cls
+        if topic not in self.topics and cls is Image:
+            source, wanted = topic + _COMPRESSED, CompressedImage
+        if source in self.topics:
+            kind = self.topics[source].type
+            if kind is not wanted:
+                names = self.codec.name(kind), self.codec.name(wanted)
+                raise TopicError(f"the messages on {source} are {names[0]} in '{self.path}', not {names[1]}")
+            self._heard.setdefault(source, set()).add(topic)
+            self._coming = None
+
+    def settle(self, timeout_s: float) -> set[str]:
+        return set()
+
+    def missing(self, topics: Collection[str]) -> list[str]:
+        """Return those of the topics that the bag lacks."""
+        return sorted(set(topics).difference(*self._heard.values()))
+
+    def publisher(self, topic: str, cls: type, *, latched: bool = False) -> Publisher:
+        return _Nowhere()
+
+    def call(self, service: str, request: Any, response: type, timeout_s: float) -> None:
+        """A bag answers nothing."""
+
+    def check(self) -> None:
+        """A bag is not lost."""
+
+    def close(self) -> None:
+        self._reader.close()
+
+    def serve(self, service: str, request: str, response: str, answer: Answer) -> None: ...
+
+    def keep(self, name: str, text: str) -> None: ...
+
+    def peers(self, topic: str) -> int:
+        return 0
+
+    def met(self) -> list[str]:
+        return []
+
+    def sees(self, topic: str, other: str) -> bool:
+        return True
+
+
+def _absolute(topic: str) -> str:
+    return topic if topic.startswith("/") else f"/{topic}"
+
+
+def _full(kind: str) -> str:
+    """Return a type as ``package/msg/Type``; the first bags of ROS 2 left out the ``msg``."""
+    return kind if kind.count("/") == 2 else kind.replace("/", "/msg/")
+
+
+class _Nowhere:
+    """A publisher without subscribers."""
+
+    def peers(self) -> int:
+        return 0
+
+    def publish(self, message: Any) -> None: ...
+
+
+class _Compressed(Letter):
+    """An image as a file, received as an image."""
+
+    @property
+    def message(self) -> Any:
+        small = self.codec.decode(self.data, self.kind)
+        try:
+            image = CvBridge().cv2_to_imgmsg(CvBridge().compressed_imgmsg_to_cv2(small, "rgb8"), "rgb8")
+        except CvBridgeError as error:
+            raise TopicError(f"{self.topic} in the bag: {error}") from error
+        image.header = small.header
+        return image
+
+
+class _Playback(Timekeeper):
+    """The times of a bag, as fast as the loop asks."""
+
+    _node: Bag
+
+    def start(self, sent: Sent) -> None:
+        self._node.rewind()
+
+    def reach(self, t_ns: int, sent: Sent, heard: Collection[str]) -> Sent:
+        sent.clear()
+        return self._node.play(t_ns)
+
+
+class BagEngine(RosEngine):
+    """A scene whose sensor data are those of a bag, for any command; the topics of no model are the world's.
+
+    Raises:
+        BackendLoadError: there is no such bag, or it cannot be read.
+    """
+
+    def _join(self) -> tuple[Node, Timekeeper]:
+        assert self._options.bag is not None
+        self._bag = Bag(self._options.bag)
+        self._known: set[str] = set()
+        return self._bag, _Playback(self._bag, 0.0)
+
+    def _find_models(self) -> None:
+        for name, kind in self._where.topics.items():
+            self._bag.listen(name, kind)
+
+    def parts(self, usual: Sequence[Part], model: Model | None) -> Sequence[Part]:
+        self._known |= {topic.name for part in usual for topic in part.topics}
+        parts = super().parts(usual, model)
+        models = self.scene.models
+        if model is not (models[-1] if models else None):  # others still come, whose topics are known then
+            return parts
+        others = [topic for topic in self._bag.topics.values() if topic.name not in self._known]
+        return [*parts, RemotePart(_Others(others), self)]
+
+    def _meet(self, wanted: set[str]) -> None:
+        for topic in self._bag.missing(wanted):
+            near = did_you_mean(topic, self._bag.topics)
+            raise SimulationError(f"the bag '{self._bag.path}' has no messages on {topic}{near}")
+        if self.scene.models and not self._where.topics.keys() - self._bag.missing(self._where.topics):
+            self._warn_of_poses()
+
+    def _do_advance(self, steps: int) -> None:
+        super()._do_advance(steps)
+        if self._bag.ended:
+            self.warnings.add(Code.NRP278, f"'{self._bag.path}' ends before the run", subject="time")
+
+    def _do_reset(self, seed: int) -> None:
+        super()._do_reset(seed)
+        self._where = self._pose_source(self.scene)
+
+    def _do_close(self) -> None:
+        self._bag.close()
+
+
+class _Others(Part):
+    """Topics of a bag that no model of the scene has."""
+
+    def __init__(self, topics: Iterable[TopicInfo]) -> None:
+        self.topics = tuple(topics)
