@@ -30,7 +30,15 @@ from nrp_lab.comparison.metric import Margins
 from nrp_lab.comparison.result import GridDiff
 from nrp_lab.comparison.signals import RunSignals
 
-from nrp_core.brain import BrainCapabilities, BrainOptions, Network, NoisyCurrentSource, Population
+from nrp_core.brain import (
+    BrainCapabilities,
+    BrainOptions,
+    Network,
+    NoisyCurrentSource,
+    Population,
+    StateRecorderPort,
+    VoltageRecorder,
+)
 from nrp_core.dsl import spike_recorder
 from nrp_core.errors import CapabilityError, ExperimentError
 from nrp_core.experiment import Plan
@@ -206,10 +214,20 @@ def decoder_brain() -> DecoderBrain:
         for known in (cell.parameters, cell.state)
     )
     population = Population("cells", 1, "IF_curr_exp", parameters, state)
-    zero, none = np.zeros(1), np.zeros((3, 0))
-    decoder = Decoder({"/brain/devices/noise/mean": 1}, (), 3, none, zero[:0], zero[:0], zero[:0], zero[:0])
+    zero = np.zeros(1)
+    one, topic = np.ones(1), "/brain/cells/voltages"
+    decoder = Decoder(
+        {"/brain/devices/noise/mean": 1}, {topic: 1}, {topic: ("cells", np.array([0]))}, 3,
+        np.array([[0.0], [1.0], [0.0]]), zero, zero, 9.0 * one, one,
+    )  # fmt: skip
     brain = DecoderBackend(
-        decoder, BrainCapabilities(frozenset({"IF_curr_exp"}), frozenset(), changes=frozenset({"weights"}))
+        decoder,
+        BrainCapabilities(
+            frozenset({"IF_curr_exp"}),
+            frozenset(),
+            changes=frozenset({"weights"}),
+            state_variables=frozenset({"v", "gsyn_exc"}),
+        ),
     ).open(Network({"cells": population}), seed=0, options=BrainOptions())
     assert isinstance(brain, DecoderBrain)
     return brain
@@ -222,6 +240,20 @@ def test_the_history_shifts_once_a_step_of_the_loop_with_noise() -> None:
         setattr(noise, "mean", float(step))  # noqa: B010  a source in general has no mean
         brain.run_until(step * 20_000_000)
     np.testing.assert_array_equal(brain._history.ravel(), [2.0, 1.0, 0.0])
+
+
+def test_a_decoder_shows_the_voltages_that_it_predicts() -> None:
+    brain = decoder_brain()  # it predicts the mean of the noise one step before
+    recorder = brain.add_sink(VoltageRecorder(dt=10.0), [0], name="v")
+    noise = brain.add_source(NoisyCurrentSource(mean=1.0), [0], name="noise")
+    for step in (1, 2, 3):
+        setattr(noise, "mean", float(step))  # noqa: B010
+        brain.run_until(step * 20_000_000)
+    assert isinstance(recorder, StateRecorderPort)
+    times_ms, voltages = recorder.samples()
+    np.testing.assert_array_equal(times_ms, [0, 10, 20, 30, 40, 50, 60])
+    np.testing.assert_array_equal(voltages[1:, 0], [0, 0, 1, 1, 2, 2])
+    assert brain.capabilities.state_variables == {"v"}
 
 
 @pytest.mark.heavy

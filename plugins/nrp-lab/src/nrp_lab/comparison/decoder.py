@@ -7,6 +7,7 @@ intact brain. If a behaviour survives it, a linear function of the brain's input
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -29,7 +30,7 @@ from nrp_core.brain import (
 from nrp_core.dsl import spike_recorder
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment import Plan
-from nrp_core.recording import Role, Series
+from nrp_core.recording import Role
 from nrp_core.recording.layout import device_topic
 from nrp_core.simulation import Determinism
 from nrp_lab.comparison.signals import RunSignals
@@ -40,6 +41,7 @@ PENALTIES = np.logspace(-6, 4, 41)
 """Penalties of the regression, relative to the variance of an input; the best one has the least error by
 generalised cross-validation: Golub, Heath and Wahba 1979, Technometrics 21:215."""
 
+VOLTAGE = "v"
 MOST_INPUTS, MOST_VALUES = 20_000, 20_000_000
 """Columns and size of the matrix of a fit, of 160 MB; the fit takes a few times that."""
 
@@ -50,16 +52,18 @@ class Decoder:
 
     Args:
         sources: number of values of each source, by its topic in a recording.
-        sinks: the topics of the sinks.
+        sinks: the same of each sink, and of the recorded voltages of each population.
+        cells: the population and the indices of the cells of each topic of voltages.
         lags: number of loop steps that are used.
-        weights: shape ``(lags * n_values, n_sinks)``, the latest step first.
-        offsets: value of each sink without inputs.
-        low, high: smallest and largest value of each sink in the fitted runs; they clip predictions.
-        explained: share of the variance of each sink that the fit explains.
+        weights: shape ``(lags * n_inputs, n_outputs)``, the latest step first.
+        offsets: each output without inputs.
+        low, high: smallest and largest value of each output in the fitted runs; they clip predictions.
+        explained: share of the variance of each output that the fit explains.
     """
 
     sources: Mapping[str, int]
-    sinks: Sequence[str]
+    sinks: Mapping[str, int]
+    cells: Mapping[str, tuple[str, IntArray]]
     lags: int
     weights: FloatArray
     offsets: FloatArray
@@ -75,37 +79,51 @@ class Decoder:
             ExperimentError: functions do not set a source or do not read a value of a sink, or set too many.
         """
         runs = list(runs)
-        sources, sinks = ({one.name: one for run in runs for one in _series(run, role)}
-                          for role in (Role.SOURCE, Role.SINK))  # fmt: skip
+        sources, sinks = (
+            {one.name: one for run in runs for one in run.numbers.with_role(*roles)}
+            for roles in ([Role.SOURCE], [Role.SINK, Role.VOLTAGE])
+        )
         if not sources or not sinks:
             what = "set no source" if not sources else "read no value of a sink"
             raise ExperimentError(f"the functions {what}, so a decoder has nothing to learn from")
-        widths = {
-            name: max(_values(run, name, Role.SOURCE).shape[1] for run in runs) for name in sorted(sources)
+        given, read = (
+            {name: max(_values(run, name).shape[1] for run in runs) for name in sorted(names)}
+            for names in (sources, sinks)
+        )
+        cells = {
+            name: (one.about["population"], np.array(json.loads(one.about["elements"]), int))
+            for name, one in sinks.items()
+            if one.role == Role.VOLTAGE
         }
-        names, lags = sorted(sinks), max(1, round(REACH_S / runs[0].step_s))
-        every = thinning(sum(len(run.times_s) for run in runs), lags * sum(widths.values()))
-        inputs = np.concatenate([_lagged(_inputs(run, widths)[:-1], lags, every) for run in runs])
-        values = np.concatenate([
-            np.concatenate([_values(run, name, Role.SINK)[1::every, :1] for name in names], axis=1)
-            for run in runs
-        ])  # fmt: skip
+        lags = max(1, round(REACH_S / runs[0].step_s))
+        every = thinning(sum(len(run.times_s) for run in runs), lags * sum(given.values()))
+        inputs = np.concatenate([_lagged(_table(run, given)[:-1], lags, every) for run in runs])
+        values = np.concatenate([_table(run, read)[1::every] for run in runs])
         weights, offsets, explained = ridge(inputs, values)
-        return cls(widths, names, lags, weights, offsets, values.min(axis=0), values.max(axis=0), explained)
+        low, high = values.min(axis=0), values.max(axis=0)
+        return cls(given, read, cells, lags, weights, offsets, low, high, explained)
 
     @property
     def digest(self) -> str:
         """A text that differs between decoders."""
         return hashlib.blake2b(self.weights.tobytes() + self.offsets.tobytes(), digest_size=8).hexdigest()
 
-    def guess(self, history: FloatArray) -> FloatArray:
-        """Return the values of the sinks.
+    def guess(self, history: FloatArray) -> dict[str, FloatArray]:
+        """Return the values of each sink.
 
         Args:
-            history: settings of the sources, shape ``(lags, n_values)``, the latest first.
+            history: settings of the sources, shape ``(lags, n_inputs)``, the latest first.
         """
-        guess: FloatArray = np.clip(history.ravel() @ self.weights + self.offsets, self.low, self.high)
-        return guess
+        return self._by_sink(np.clip(history.ravel() @ self.weights + self.offsets, self.low, self.high))
+
+    @property
+    def explained_by_sink(self) -> dict[str, float]:
+        """The share of the variance of each sink that the fit explains, a mean over its values."""
+        return {name: float(values.mean()) for name, values in self._by_sink(self.explained).items()}
+
+    def _by_sink(self, values: FloatArray) -> dict[str, FloatArray]:
+        ends = np.cumsum(list(self.sinks.values()))
+        return dict(zip(self.sinks, np.split(values, ends[:-1]), strict=True))
 
 
 def thinning(n_steps: int, n_inputs: int) -> int:
@@ -152,24 +170,18 @@ def ridge(inputs: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArra
     return weights, offsets, explained
 
 
-def _series(run: RunSignals, role: Role) -> list[Series]:
-    return list(run.numbers.with_role(role))
-
-
-def _values(run: RunSignals, name: str, role: Role) -> FloatArray:
+def _values(run: RunSignals, name: str) -> FloatArray:
     """Return a series at the ends of all steps, 0 before its first value, shape ``(n_times, n_values)``."""
-    found = next((one for one in _series(run, role) if one.name == name), None)
-    if found is None:
-        return np.zeros((len(run.times_s), 1))
-    return np.nan_to_num(run.held(found))
+    found = run.numbers.series.get(name)
+    return np.zeros((len(run.times_s), 1)) if found is None else np.nan_to_num(run.held(found))
 
 
-def _inputs(run: RunSignals, widths: Mapping[str, int]) -> FloatArray:
-    columns = []
-    for name, width in widths.items():
-        found = _values(run, name, Role.SOURCE)
-        columns.append(np.broadcast_to(found, (len(found), width)))
-    return np.concatenate(columns, axis=1)
+def _table(run: RunSignals, widths: Mapping[str, int]) -> FloatArray:
+    """Return several series side by side; one value may be that of all neurons."""
+    return np.concatenate(
+        [np.broadcast_to(_values(run, name), (len(run.times_s), width)) for name, width in widths.items()],
+        axis=1,
+    )
 
 
 def _lagged(inputs: FloatArray, lags: int, every: int = 1) -> FloatArray:
@@ -213,7 +225,8 @@ class DecoderBackend(BrainBackend):
     def __init__(self, decoder: Decoder, capabilities: BrainCapabilities) -> None:
         self._decoder = decoder
         self._capabilities = replace(
-            capabilities, determinism=Determinism.BITWISE, state_variables=frozenset(), changes=frozenset(),
+            capabilities, determinism=Determinism.BITWISE, changes=frozenset(),
+            state_variables=capabilities.state_variables & {VOLTAGE},
             rewiring=False, rewards=False, synapse_state=frozenset(), snapshot=False, releases_gil=False,
         )  # fmt: skip
 
@@ -225,7 +238,7 @@ class DecoderBackend(BrainBackend):
 
 
 class DecoderBrain(Brain):
-    """A network whose cells never fire and whose sinks have the values that a decoder predicts."""
+    """A network whose cells never fire; sinks and voltages have the values that a decoder predicts."""
 
     def __init__(
         self, decoder: Decoder, network: Network, seed: int, capabilities: BrainCapabilities
@@ -236,13 +249,24 @@ class DecoderBrain(Brain):
 
     def _clear(self) -> None:
         self._history = np.zeros((self._decoder.lags, sum(self._decoder.sources.values())))
+        self._voltages = np.zeros(self.network.size)
+        for label, population in self.network.populations.items():
+            self._voltages[self.network.ids_of(label)] = population.initial_values.get(VOLTAGE, 0.0)
 
     def _emits(self, population: Population) -> bool:
         return True
 
     def _run_under_currents(self, t_ns: int) -> None:
         """Guess once a step of the loop, not at each change of a current: none flows here."""
+        self._run_recording(self.now_ns, t_ns, self.capabilities.resolution_ns or 1)
+
+    def _do_run_recording(self, t_ns: int, traces: Sequence[Any], samples: FloatArray) -> None:
         self._do_run_until(t_ns)
+        values = [np.tile(self._voltages[trace.neurons], len(trace.times_ns)) for trace in traces]
+        samples[:] = np.concatenate(values)
+
+    def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
+        return self._voltages[neurons]
 
     def _do_run_until(self, t_ns: int) -> None:
         ports = dict(_by_topic(self.devices))
@@ -254,9 +278,12 @@ class DecoderBrain(Brain):
         ]
         self._history = np.roll(self._history, 1, axis=0)
         self._history[0] = np.concatenate(given)
-        for name, value in zip(self._decoder.sinks, self._decoder.guess(self._history).tolist(), strict=True):
-            if name in ports:
-                _show(ports[name], value)
+        for name, values in self._decoder.guess(self._history).items():
+            if name in self._decoder.cells:
+                label, cells = self._decoder.cells[name]
+                self._voltages[self.network.offsets[label] + cells] = values
+            elif name in ports:
+                _show(ports[name], float(values[0]))
 
     def _do_take_spikes(self) -> Spikes:
         return Spikes()

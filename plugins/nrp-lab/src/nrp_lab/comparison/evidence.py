@@ -178,12 +178,8 @@ class Evidence:
     @property
     def explained(self) -> dict[str, float]:
         """The share of the variance of each sink that decoders explain in the runs they were fitted to."""
-        decoders = list(self.diff.grid.decoders.values())
-        names = decoders[0].sinks if decoders else ()
-        return {
-            name: sum(float(one.explained[k]) for one in decoders) / len(decoders)
-            for k, name in enumerate(names)
-        }
+        found = [one.explained_by_sink for one in self.diff.grid.decoders.values()]
+        return {name: sum(one[name] for one in found) / len(found) for name in (found or [{}])[0]}
 
     def relation(self, name: str) -> Relation:
         """Return the relation of a control to the original, over all parts of the finding."""
@@ -236,7 +232,7 @@ def evidence_grid(
     ):
         if made.setdefault(name, changes) != changes:
             raise ExperimentError(f"two files have the name of '{name}', and each needs a name of its own")
-    return replace(grid, wirings=(*wirings, *made), others=made)
+    return replace(grid, wirings=(*wirings, *made), others=made, shows_voltages=True)
 
 
 def gather(

@@ -8,6 +8,7 @@ import logging
 import re
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from itertools import product
@@ -15,9 +16,11 @@ from math import gcd
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 from pydantic import BaseModel
 
 from nrp_core import brains, worlds
+from nrp_core.brain import StateRecorderPort
 from nrp_core.errors import ExperimentError, RecordingError, SimulationError, did_you_mean
 from nrp_core.experiment import Experiment, Plan, Range, Run, load_experiment
 from nrp_core.network.controls import CONTROLS
@@ -94,6 +97,7 @@ class RunGrid:
         wirings: the brain's own wiring, and controls that are compared with it.
         others: settings of variants that are compared like wirings, by their names among the wirings.
         decoders: the decoder of each seed, which takes the place of the brain in the variant ``DECODER``.
+        shows_voltages: whether the membrane voltages that functions read are recorded.
         timesteps: steps of the loop that are compared, such as ``20 ms``, the finest first; or none.
         world_step_ns: the step of the world in all runs, if time steps are compared; None for its own.
 
@@ -114,6 +118,7 @@ class RunGrid:
     world_step_ns: int | None = None
     others: Mapping[str, Sequence[str]] = field(default_factory=dict)
     decoders: Mapping[int, Decoder] = field(default_factory=dict)
+    shows_voltages: bool = False
 
     def __post_init__(self) -> None:
         for what, names in (
@@ -239,12 +244,25 @@ class RunGrid:
         described = [str(self.file), *providers, *self.settings(cell)]
         if cell.wiring == DECODER:
             described.append(self.decoders[cell.seed].digest)
+        if self.shows_voltages:
+            described.append("voltages")
         digest = hashlib.blake2b(json.dumps(described).encode(), digest_size=4).hexdigest()
         return results / f"{cell}-{digest}"
 
-    def load(self, cell: GridCell) -> Experiment:
-        """Return the experiment of one run."""
-        return load_experiment(self.experiment, self.settings(cell))
+    def load(self, cell: GridCell, *more: str) -> Experiment:
+        """Return the experiment of one run, with more overrides."""
+        return load_experiment(self.experiment, [*self.settings(cell), *more])
+
+    @contextmanager
+    def open(self, cell: GridCell, revise: Callable[[Plan], Plan] | None) -> Iterator[Run]:
+        """Open one run, with its brain exchanged or without."""
+        with Run(self.load(cell), revise=revise) as run:
+            voltages = _recording_voltages(run) if self.shows_voltages else []
+            if not voltages:
+                yield run
+        if voltages:
+            with Run(self.load(cell, *voltages), revise=revise) as run:
+                yield run
 
     @cached_property
     def file(self) -> Path | None:
@@ -315,6 +333,22 @@ def _require_distinct(what: str, names: Sequence[object]) -> None:
             raise ExperimentError(f"{what} '{name}' is given twice")
 
 
+def _recording_voltages(run: Run) -> list[str]:
+    """Return the override that records the voltages that functions read, at the end of each step, if any."""
+    ports = [port for port in run.brain.devices if isinstance(port, StateRecorderPort)]
+    read = np.concatenate([[-1], *(port.neurons for port in ports if port.variable == "v")])
+    known, network = run.experiment.recording.voltages, run.brain.network
+    sections: dict[str, Any] = {
+        label: {"interval": f"{section.interval} ns"} | ({"cells": section.cells} if section.cells else {})
+        for label, section in known.items()
+    }
+    for label in network.populations:
+        cells = np.flatnonzero(np.isin(network.ids_of(label), read)).tolist()
+        if cells and label not in known:
+            sections[label] = {"cells": cells, "interval": f"{run.experiment.timestep} ns"}
+    return [f"recording.voltages={json.dumps(sections)}"] if len(sections) > len(known) else []
+
+
 Progress = Callable[[int, int, str], None]
 """Called with the number of finished runs, the number of all runs, and the last finished run."""
 
@@ -364,7 +398,7 @@ def record(
         NrpError: the experiment cannot be opened, or the recording cannot be written.
     """
     shutil.rmtree(folder, ignore_errors=True)
-    with FilesRead() as files, Run(grid.load(cell), revise=revise) as run:
+    with FilesRead() as files, grid.open(cell, revise) as run:
         recording_folder = RecordingFolder(run, folder, images=images, files=files, snapshots_ns=None)
         state = "interrupted"
         try:
