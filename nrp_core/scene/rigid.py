@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import atan2, copysign, cos, hypot, pi, sin, sqrt
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -130,14 +130,21 @@ def rotate_vector(x: float, y: float, z: float, w: float, vector: Vector) -> Vec
 
 def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
     """Return the rotation ``b`` followed by ``a``, normalised."""
-    ax, ay, az, aw = a
-    bx, by, bz, bw = b
-    x = aw * bx + ax * bw + ay * bz - az * by
-    y = aw * by - ax * bz + ay * bw + az * bx
-    z = aw * bz + ax * by - ay * bx + az * bw
-    w = aw * bw - ax * bx - ay * by - az * bz
+    x, y, z, w = _product(a, b)
     norm = sqrt(x * x + y * y + z * z + w * w)
     return x / norm, y / norm, z / norm, w / norm
+
+
+def _product(a: Any, b: Any) -> tuple[Any, Any, Any, Any]:
+    """Return the product of quaternions, each of four numbers or four arrays."""
+    ax, ay, az, aw = a
+    bx, by, bz, bw = b
+    return (
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+        aw * bw - ax * bx - ay * by - az * bz,
+    )
 
 
 def rotation_matrix(orientation: Quaternion) -> FloatArray:
@@ -183,6 +190,41 @@ class ModelMotion:
         wx, wy, wz = self.angular
         linear = (vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x)
         return ModelMotion(pose, linear, self.angular)
+
+
+class LinkMotions(NamedTuple):
+    """Poses and velocities of ``n`` links in the world's frame.
+
+    Args:
+        positions: m, shape ``(n, 3)``.
+        orientations: quaternions x, y, z, w, shape ``(n, 4)``.
+        velocities: m/s and rad/s, shape ``(n, 2, 3)``.
+    """
+
+    positions: FloatArray
+    orientations: FloatArray
+    velocities: FloatArray
+
+    @classmethod
+    def of(cls, motions: Sequence[ModelMotion]) -> LinkMotions:
+        """Return the motions of single links as arrays."""
+        return cls(
+            np.array([each.pose.position for each in motions]),
+            np.array([each.pose.orientation for each in motions]),
+            np.array([(each.linear, each.angular) for each in motions]).reshape(-1, 2, 3),
+        )
+
+    def at(self, offsets: LinkMotions) -> LinkMotions:
+        """Return the motions of frames fixed at offsets in these: :meth:`ModelMotion.at` for each."""
+        turn: Any = self.orientations.T
+        here: Any = offsets.positions.T
+        positions = self.positions + np.transpose(rotate_vector(*turn, here))
+        x, y, z = (positions - self.positions).T
+        turned = np.array(_product(turn, offsets.orientations.T))
+        turned /= np.sqrt(turned[0] ** 2 + turned[1] ** 2 + turned[2] ** 2 + turned[3] ** 2)
+        (vx, vy, vz), (wx, wy, wz) = self.velocities.transpose(1, 2, 0)
+        linear = vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x
+        return LinkMotions(positions, turned.T, np.array([linear, (wx, wy, wz)]).transpose(2, 0, 1))
 
 
 @dataclass(frozen=True, slots=True)

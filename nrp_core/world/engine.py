@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
 from typing import TYPE_CHECKING, Any, ClassVar, Final, final
@@ -12,13 +12,14 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import CapabilityError, DivergedError
 from nrp_core.findings import Findings
 from nrp_core.findings.refusals import JOINT_CONTROL, MODEL_MOVES, SCENE_CHANGES, SNAPSHOTS, refusal
-from nrp_core.scene.merged_bodies import Body, bodies_of, body_of, lever_of
+from nrp_core.scene.merged_bodies import Body, bodies_of, body_of
 from nrp_core.scene.model import Light, Model, Rgba, Scene
 from nrp_core.scene.rigid import (
     BodyPath,
     BodyVelocity,
     JointStates,
     JointTargets,
+    LinkMotions,
     ModelMotion,
     Pose,
     Quaternion,
@@ -30,6 +31,7 @@ from nrp_core.scene.rigid import (
     rotation_matrix,
 )
 from nrp_core.world.capabilities import WorldCapabilities, check_scene
+from nrp_core.world.external_wrenches import ExternalWrenches, Group, wrench_of
 from nrp_core.world.part import Part
 from nrp_core.world.raycast.beams import Beams
 from nrp_core.world.render.cameras import (
@@ -146,50 +148,6 @@ class JointCommands(ABC):
         raise self.lacks("has no sensors of its own")
 
 
-class ExternalWrenches:
-    """The wrenches on the bodies of a scene, each kept until its owner replaces it."""
-
-    def __init__(self) -> None:
-        self._by_body: dict[BodyPath, dict[tuple[str, str], Wrench]] = {}
-        self._levers: dict[tuple[BodyPath, str], tuple[Pose, Vector]] = {}
-
-    def add(
-        self, path: BodyPath, body: Body, link: str, pose: Callable[[], Pose], wrench: Wrench, of: str
-    ) -> tuple[Wrench, bool]:
-        """Set the wrench that an owner applies to a link at its centre of mass.
-
-        Args:
-            path: the model, and the index of the body.
-            body: the body, which the link is part of.
-            link: the link.
-            pose: returns the pose of the link in the world, m; called where the link's centre of mass is not
-                that of the body.
-            wrench: the wrench in the axes of the world, N and N m.
-            of: the owner.
-
-        Returns:
-            The sum of all wrenches at the body's centre of mass, and whether the lever arm of this one turns
-            with the body, so that it must be set again in each step.
-        """
-        if (path, link) not in self._levers:
-            part, lever = lever_of(body, link)
-            self._levers[path, link] = part.pose.inverse(), lever
-        to_body, lever = self._levers[path, link]
-        pulls, turns = self._by_body.setdefault(path, {}), any(lever) and any(wrench.force)
-        pulls[link, of] = _moved(wrench, (pose() @ to_body).rotate(lever)) if turns else wrench
-        if len(pulls) == 1:
-            return pulls[link, of], turns
-        both = [(*each.force, *each.torque) for _, each in sorted(pulls.items())]
-        fx, fy, fz, tx, ty, tz = map(sum, zip(*both, strict=True))
-        return Wrench((fx, fy, fz), (tx, ty, tz)), turns
-
-
-def _moved(wrench: Wrench, lever: Vector) -> Wrench:
-    """Return a wrench at the end of a lever as one about the start of the lever."""
-    (x, y, z), (fx, fy, fz), (tx, ty, tz) = lever, wrench.force, wrench.torque
-    return Wrench(wrench.force, (tx + y * fz - z * fy, ty + z * fx - x * fz, tz + x * fy - y * fx))
-
-
 MOST_RATE: Final = 9.9e5
 """A rate, m/s or rad/s, that no body has: one that diverges in PyBullet stays at 1e6."""
 
@@ -234,6 +192,7 @@ class Engine(JointCommands):
         check_scene(scene, self.capabilities, self, self.warnings)
         self._bodies: dict[str, tuple[Body, ...]] = {}
         self._external_wrenches = ExternalWrenches()
+        self._pushed: dict[tuple[str, tuple[str, ...], str], Group | None] = {}
         self._body_paths: dict[tuple[str, str], BodyPath] = {}
         self._space: CollisionSpace | None = None
         self._renderers = SceneRenderers(self._open_renderer, "".join(self.capabilities.renderers[:1]))
@@ -309,6 +268,11 @@ class Engine(JointCommands):
     def link_motion(self, model: str, link: str) -> ModelMotion:
         """Return pose and velocity of a link."""
         return self._do_link_motion(model, link)
+
+    @final
+    def link_motions(self, model: str, links: tuple[str, ...]) -> LinkMotions:
+        """Return poses and velocities of links of a model as arrays."""
+        return self._do_link_motions(model, links)
 
     @final
     def joint_states(self, model: str) -> JointStates:
@@ -435,6 +399,31 @@ class Engine(JointCommands):
         self._do_set_wrench(path, total)
         return turns
 
+    @final
+    def set_wrenches(self, model: str, links: tuple[str, ...], wrenches: FloatArray, of: str = "") -> None:
+        """Set the wrenches of an owner on links of a model: :meth:`set_wrench` for each, but faster.
+
+        Args:
+            model: the model.
+            links: its links.
+            wrenches: forces and torques, N and N m, along the axes of the world, shape ``(n, 6)``.
+            of: the owner of the wrenches.
+        """
+        key, rows = (model, links, of), wrenches.tolist()
+        if key not in self._pushed:
+            paths = [self._place_of(model, link) for link in links]
+            found = [
+                (path, self._bodies_of(model)[path[1]], link) for path, link in zip(paths, links, strict=True)
+            ]
+            moves = all(body.inertial is not None for _, body, _ in found)
+            self._pushed[key] = self._external_wrenches.group(found, of) if moves else None
+        group = self._pushed[key]
+        if group is None:
+            for link, row in zip(links, rows, strict=True):
+                self.set_wrench(model, link, wrench_of(row), of)
+        else:
+            self._do_set_wrenches(group.bodies, self._external_wrenches.add_all(group, rows))
+
     # -- changes of the scene
 
     @final
@@ -451,6 +440,7 @@ class Engine(JointCommands):
         self._do_load(scene)
         self.scene = scene
         self._bodies, self._body_paths, self._external_wrenches = {}, {}, ExternalWrenches()
+        self._pushed = {}
         self._space = None
         self._renderers.close()
         self._renderers = SceneRenderers(self._open_renderer, "".join(self.capabilities.renderers[:1]))
@@ -629,9 +619,18 @@ class Engine(JointCommands):
         """Return the wrench of a joint's child on its parent in the last step, at the child link's origin."""
         raise self.lacks("does not report the forces in joints")
 
+    def _do_link_motions(self, model: str, links: tuple[str, ...]) -> LinkMotions:
+        """Return poses and velocities of links; an engine may override it with a faster one."""
+        return LinkMotions.of([self._do_link_motion(model, link) for link in links])
+
     def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
         """Set the wrench that acts at a body's centre of mass from now on."""
         raise self.lacks("cannot apply forces")
+
+    def _do_set_wrenches(self, bodies: tuple[BodyPath, ...], wrenches: Sequence[Sequence[float]]) -> None:
+        """Set the wrenches on bodies; an engine may override it with a faster one."""
+        for body, row in zip(bodies, wrenches, strict=True):
+            self._do_set_wrench(body, wrench_of(row))
 
     def _do_load(self, scene: Scene) -> None:
         """Load another scene in its initial state."""

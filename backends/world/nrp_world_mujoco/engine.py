@@ -21,6 +21,7 @@ from nrp_core.scene.rigid import (
     BodyVelocity,
     JointStates,
     JointTargets,
+    LinkMotions,
     Pose,
     Quaternion,
     ReadFrames,
@@ -34,7 +35,7 @@ from nrp_world_mujoco.control import Control
 from nrp_world_mujoco.creep import Creep
 from nrp_world_mujoco.drive import Decays, Drive
 from nrp_world_mujoco.library import SAID, mujoco, scalar_first
-from nrp_world_mujoco.motion import Floating, JointReader, motion_of
+from nrp_world_mujoco.motion import Floating, JointReader, LinkReader, motion_of
 from nrp_world_mujoco.muscles import ActuatorGroup
 from nrp_world_mujoco.one_file import settings_of
 from nrp_world_mujoco.workspace import COMPLETE, SharedWorkspace, StateRow, Workspace
@@ -132,6 +133,7 @@ class MujocoEngine(JointedEngine):
         }
         self._control = Control(self._built, self._state, seconds(options.timestep), self._last_step)
         self._groups: dict[tuple[str, tuple[str, ...]], ActuatorGroup] = {}
+        self._link_readers: dict[tuple[str, tuple[str, ...]], LinkReader] = {}
         self._creep = Creep(self._built)
         self._decays = Decays(self._built, seconds(options.timestep))
         self._survey(scene)
@@ -144,6 +146,18 @@ class MujocoEngine(JointedEngine):
 
     def _do_motion_of(self, body: Body, place: int, offset: Pose) -> MotionOf:
         return motion_of(body, place, offset, self._model, self._state, self._refresh_rates)
+
+    def _do_link_motions(self, model: str, links: tuple[str, ...]) -> LinkMotions:
+        reader = self._link_readers.get((model, links))
+        if reader is None:
+            frames = [self._motion_of_link(model, link) for link in links]
+            reader = LinkReader(frames, self._model, self._refresh_rates)
+            self._link_readers[model, links] = reader
+        return reader()
+
+    def _do_set_wrenches(self, bodies: tuple[BodyPath, ...], wrenches: Sequence[Sequence[float]]) -> None:
+        places = [self._built.bodies[model][index][1] for model, index in bodies]
+        self._state.xfrc_applied[places] = wrenches
 
     def _do_base(self, body: Body, place: int) -> Floating:
         return Floating(self._model, self._state, place)

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.scene.merged_bodies import Body
-from nrp_core.scene.rigid import JointStates, ModelMotion, Pose, Vector, rotate_vector, rotation_vector
+from nrp_core.scene.rigid import (
+    JointStates,
+    LinkMotions,
+    ModelMotion,
+    Pose,
+    Vector,
+    rotate_vector,
+    rotation_vector,
+)
 from nrp_core.world.engine_kit.jointed import MotionOf
 from nrp_world_mujoco.library import mujoco
 
@@ -85,21 +93,64 @@ class Floating:
 
 
 class _Jointed:
-    """A frame fixed to a body that is held by a joint."""
+    """A frame fixed to a body that is held by a joint.
+
+    Attributes:
+        ident: the id of the body.
+        held: the pose of the frame in that of the body.
+    """
 
     def __init__(self, engine: Any, ident: int, held: Pose, refresh: Callable[[], Any]) -> None:
-        self._engine, self._id, self._held, self._refresh = engine, ident, held, refresh
+        self._engine, self.ident, self.held, self._refresh = engine, ident, held, refresh
         self._velocity = np.empty(6)
 
     def __call__(self) -> ModelMotion:
         data = self._refresh()
-        x, y, z = data.xpos[self._id].tolist()
-        qw, qx, qy, qz = data.xquat[self._id].tolist()
+        x, y, z = data.xpos[self.ident].tolist()
+        qw, qx, qy, qz = data.xquat[self.ident].tolist()
         body = mujoco.mjtObj.mjOBJ_XBODY
-        mujoco.mj_objectVelocity(self._engine, data, body, self._id, self._velocity, 0)
+        mujoco.mj_objectVelocity(self._engine, data, body, self.ident, self._velocity, 0)
         wx, wy, wz, vx, vy, vz = self._velocity.tolist()
         here = ModelMotion(Pose((x, y, z), (qx, qy, qz, qw)), (vx, vy, vz), (wx, wy, wz))
-        return here.at(self._held)
+        return here.at(self.held)
+
+
+class LinkReader:
+    """Reads several frames at once; the numbers are those of their own readers.
+
+    Args:
+        frames: the readers of the frames.
+        engine: the compiled model.
+        refresh: updates the positions and velocities of bodies, and returns MuJoCo's data.
+    """
+
+    def __init__(self, frames: Sequence[MotionOf], engine: Any, refresh: Callable[[], Any]) -> None:
+        self._engine, self._refresh = engine, refresh
+        jointed = [(row, one) for row, one in enumerate(frames) if isinstance(one, _Jointed)]
+        self._rows, self._ids = [row for row, _ in jointed], [one.ident for _, one in jointed]
+        self._held = LinkMotions.of([ModelMotion(one.held) for _, one in jointed])
+        self._others = [(row, one) for row, one in enumerate(frames) if not isinstance(one, _Jointed)]
+        self._rates = np.empty((len(jointed), 6))
+        self._each = list(zip(self._ids, self._rates, strict=True))
+        self._n = len(frames)
+
+    def __call__(self) -> LinkMotions:
+        """Return the motions."""
+        motions = LinkMotions(np.empty((self._n, 3)), np.empty((self._n, 4)), np.empty((self._n, 2, 3)))
+        if self._rows:
+            for whole, part in zip(motions, self._jointed(self._refresh()), strict=True):
+                whole[self._rows] = part
+        for row, one in self._others:
+            motion = one()
+            motions.positions[row], motions.orientations[row] = motion.pose.position, motion.pose.orientation
+            motions.velocities[row] = motion.linear, motion.angular
+        return motions
+
+    def _jointed(self, data: Any) -> LinkMotions:
+        for ident, rates in self._each:
+            mujoco.mj_objectVelocity(self._engine, data, mujoco.mjtObj.mjOBJ_XBODY, ident, rates, 0)
+        turns, velocities = data.xquat[self._ids][:, [1, 2, 3, 0]], self._rates.reshape(-1, 2, 3)[:, ::-1]
+        return LinkMotions(data.xpos[self._ids], turns, velocities).at(self._held)
 
 
 class JointReader:

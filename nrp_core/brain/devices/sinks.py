@@ -421,10 +421,12 @@ class StateRecorderPort(SinkPort):
 
     def samples(self, since_ms: float = -inf, until_ms: float = inf) -> tuple[FloatArray, FloatArray]:
         """Return times (ms) with ``since < t <= until``, shape ``(n,)``, and values, ``(n, n_neurons)``."""
-        times = np.concatenate([np.empty(0), *(times for times, _ in self._samples)])
+        begin = len(self._samples)
+        while begin and self._samples[begin - 1][0][-1] > since_ms - 1 / NS_PER_MS:
+            begin -= 1
+        parts = self._samples[begin:] or [(np.empty(0), np.empty((0, len(self.neurons))))]
+        times, values = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
         first, last = np.searchsorted(nanoseconds(times), nanoseconds([since_ms, until_ms]), side="right")
-        kept = [values for _, values in self._samples] or [np.empty((0, len(self.neurons)))]
-        values = kept[0] if len(kept) == 1 else np.concatenate(kept)
         return times[first:last], values[first:last]
 
     def parts(self) -> Iterator[tuple[FloatArray, FloatArray]]:

@@ -198,11 +198,14 @@ class JointedEngine(Engine):
         return self._motions[model]()
 
     def _do_link_motion(self, model: str, link: str) -> ModelMotion:
+        return self._motion_of_link(model, link)()
+
+    def _motion_of_link(self, model: str, link: str) -> MotionOf:
         path = model, link
         if path not in self._links:
             owner = self.scene.model(model)
             self._links[path] = self._motion_of(owner, owner.link(link))
-        return self._links[path]()
+        return self._links[path]
 
     def joint_positions(self, model: str) -> FloatArray:
         return self._joints[model].states().positions

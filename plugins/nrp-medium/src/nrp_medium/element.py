@@ -39,7 +39,6 @@ from nrp_core.world import (
     Part,
     ServoTarget,
     Vector,
-    Wrench,
 )
 
 _IMMOVABLE = 1e12
@@ -182,12 +181,11 @@ class MediumPart(Part):
         self.deadline_ns = now_ns + self._engine.step_ns
 
     def _flow(self) -> Flow:
-        motions = [self._engine.link_motion(self._model, link) for link in self._links]
-        turns = rotations(np.array([each.pose.orientation for each in motions]))
-        rates = np.array([(each.linear, each.angular) for each in motions])
+        positions, orientations, rates = self._engine.link_motions(self._model, self._links)
+        turns = rotations(orientations)
         rates[:, 0] -= self.current
         velocities = np.einsum("nji,nkj->nki", turns, rates).reshape(-1, 6)
-        return Flow(turns, np.array([each.pose.position for each in motions]), velocities)
+        return Flow(turns, positions, velocities)
 
     def _at_the_end(self, flow: Flow, push: FloatArray, damping: FloatArray | None) -> FloatArray:
         """Return the wrenches that damping and added mass exert at the end of the step."""
@@ -215,9 +213,8 @@ class MediumPart(Part):
         self._wrenches = wrenches
         torques = wrenches[:, 3:] - cross(self._centres, wrenches[:, :3])
         both = np.stack([wrenches[:, :3], torques], axis=1)
-        in_world = np.einsum("nij,nkj->nki", flow.turns, both).tolist()
-        for link, (force, torque) in zip(self._links, in_world, strict=True):
-            self._engine.set_wrench(self._model, link, Wrench(tuple(force), tuple(torque)), self._name)
+        in_world = np.einsum("nij,nkj->nki", flow.turns, both).reshape(-1, 6)
+        self._engine.set_wrenches(self._model, self._links, in_world, self._name)
 
 
 def _times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
