@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import atan2, copysign, cos, hypot, pi, sin, sqrt
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -216,9 +216,9 @@ class LinkMotions(NamedTuple):
 
     def at(self, offsets: LinkMotions) -> LinkMotions:
         """Return the motions of frames fixed at offsets in these: :meth:`ModelMotion.at` for each."""
-        turn: Any = self.orientations.T
-        here: Any = offsets.positions.T
-        positions = self.positions + np.transpose(rotate_vector(*turn, here))
+        turn, held = cast(Any, self.orientations.T), cast(Any, offsets.positions.T)
+        qx, qy, qz, qw = turn
+        positions = self.positions + np.array(rotate_vector(qx, qy, qz, qw, held)).T
         x, y, z = (positions - self.positions).T
         turned = np.array(_product(turn, offsets.orientations.T))
         turned /= np.sqrt(turned[0] ** 2 + turned[1] ** 2 + turned[2] ** 2 + turned[3] ** 2)

@@ -10,7 +10,7 @@ from golden import Golden
 
 from nrp_core.errors import SceneError
 from nrp_core.scene.model import Box, Collision, Inertial, Joint, Link, Model, Scene, Sphere
-from nrp_core.scene.rigid import ModelMotion, Pose
+from nrp_core.scene.rigid import ModelMotion, Pose, Wrench
 
 
 def test_a_pose_comes_back_as_it_was_given_w_last(open_world, parts):
@@ -156,6 +156,44 @@ def test_a_chain_of_joints_and_fixed_links_hangs_together(open_world, advance):
     world = open_world(model)
     advance(world, 12.0)  # it comes to hang straight down
     assert world.joint_states("arm").positions == pytest.approx([pi / 2, 0.0], abs=0.02)
+
+
+@pytest.mark.parametrize(
+    "with_tail", [True, False]
+)  # its mass lies beside that of the body that it is part of
+def test_links_are_read_and_pushed_together_as_one_by_one(open_world, advance, with_tail):
+    def bar(name: str, x: float) -> Link:
+        place = Pose.from_rpy((x, 0.1, 0), 0.3, x, 0.2)
+        return Link(name, place, Inertial(1.0, Pose((0.25, 0.1, 0)), (0.01, 0.02, 0.02, 0, 0, 0)))
+
+    names = ("head", "middle", *(["tail"] if with_tail else []))
+    model = Model(
+        "worm",
+        tuple(bar(name, 0.5 * number) for number, name in enumerate(names)),
+        (
+            Joint("neck", "revolute", "head", "middle", Pose((0.5, 0, 0)), (0.6, 0, 0.8)),
+            *([Joint("glue", "fixed", "middle", "tail", Pose((1.0, 0, 0)))] if with_tail else []),
+        ),
+    )
+    rows = np.arange(6.0 * len(names)).reshape(-1, 6) / 10 - 0.5
+    found = []
+    for together in (True, False):
+        world = open_world(model)
+        engine = world.engine
+        for step in range(5):
+            engine.set_wrench("worm", "middle", Wrench((0.1, 0.2, step / 3), (0.3, 0.0, 0.1)), "another")
+            if together:
+                engine.set_wrenches("worm", names, rows, "one")
+            else:
+                for name, row in zip(names, rows.tolist(), strict=True):
+                    engine.set_wrench("worm", name, Wrench(tuple(row[:3]), tuple(row[3:])), "one")
+            advance(world, 0.02)
+        found.append([engine.link_motion("worm", name) for name in names])
+        moved = engine.link_motions("worm", names)
+        np.testing.assert_array_equal(moved.positions, [each.pose.position for each in found[-1]])
+        np.testing.assert_array_equal(moved.orientations, [each.pose.orientation for each in found[-1]])
+        np.testing.assert_array_equal(moved.velocities, [(each.linear, each.angular) for each in found[-1]])
+    assert found[0] == found[1]
 
 
 def test_a_spinning_body_keeps_its_angular_velocity_in_the_world(open_world, parts, driver):
