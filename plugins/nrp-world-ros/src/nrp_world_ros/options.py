@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from pathlib import Path
@@ -11,9 +12,10 @@ from typing import Annotated, Any, Self
 from nrp_core import worlds
 from nrp_core.clock import NS_PER_MS, NS_PER_S
 from nrp_core.errors import BackendError, ExperimentError
+from nrp_core.paths import MissingFileError, existing_file, existing_folder
 from nrp_core.quantities import DurationNs
 from nrp_core.world import Scene, World, WorldBackend, WorldCapabilities, WorldOptions
-from pydantic import Field, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +82,16 @@ class TimeSource(StrEnum):
     """The loop itself: a body under ``nrp ros-bridge --lockstep`` waits for it."""
 
 
+def _existing(value: object) -> Path:
+    """Return the path of a bag, which is a file or a folder; pydantic reports an error."""
+    try:
+        return existing_file(value)
+    except MissingFileError:
+        with suppress(MissingFileError):
+            return existing_folder(value)
+        raise
+
+
 class RosOptions(WorldOptions):
     """Options of the ``ros`` backend."""
 
@@ -107,7 +119,7 @@ class RosOptions(WorldOptions):
     ]
 
     bag: Annotated[
-        Path | None,
+        Annotated[Path, BeforeValidator(_existing)] | None,
         Field(description="the messages of this file or folder arrive, instead of those of ROS"),
     ] = None
 
