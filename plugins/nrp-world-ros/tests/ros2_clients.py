@@ -2,6 +2,7 @@
 
 python ros2_clients.py follow      JSON: how trajectories ended
 python ros2_clients.py delete      JSON: how goals of a robot end that is deleted
+python ros2_clients.py spawn FILE OTHER   JSON: how goals of robots end that are spawned from a file
 python ros2_clients.py grip        JSON: what the gripper did
 python ros2_clients.py standard    JSON: what the services answered
 """
@@ -16,6 +17,7 @@ from geometry_msgs.msg import PoseStamped
 from rcl_interfaces.srv import GetParameters, ListParameters
 from rclpy.action import ActionClient
 from rclpy.node import Node
+from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from ros2_peer import kind, spin, tell
@@ -58,11 +60,11 @@ class Client:
 class Follower(Client):
     """Sends trajectories to two joints."""
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Node, robot: str = "arm") -> None:
         super().__init__(node)
         self.told = 0
         self.actual: list[float] = []
-        self._client = ActionClient(node, FollowJointTrajectory, "/arm/follow/follow_joint_trajectory")
+        self._client = ActionClient(node, FollowJointTrajectory, f"/{robot}/follow/follow_joint_trajectory")
         assert self._client.wait_for_server(20.0)
 
     def hear(self, message: Any) -> None:
@@ -120,6 +122,25 @@ def delete(node: Node) -> None:
         gone,
         client.call("/nrp_body/delete_entity", DeleteEntity, entity="arm").result.result,
     ]
+    tell(json.dumps(found))
+
+
+def spawn(node: Node) -> None:
+    client, found = Client(node), {}
+    place = PoseStamped()
+    for robot, uri in (("arm", sys.argv[2]), ("second", sys.argv[2]), ("third", sys.argv[3])):
+        request = {"name": robot, "entity_resource": Resource(uri=uri), "initial_pose": place}
+        place.pose.position.y += 3.0  # beside the one before
+        found[robot] = client.call("/nrp_body/spawn_entity", SpawnEntity, **request).result.result
+    for robot in ("arm", "second"):
+        follower = Follower(node, robot)
+        found[f"{robot} reached"] = follower.end(follower.goal(1, 0.5, -0.4))
+    listed = client.call("/second/controller_manager/list_controllers", ListControllers).controller
+    found["controllers"] = sorted(each.name for each in listed)
+    heard: list[Any] = []
+    node.create_subscription(JointState, "/second/joint_states", heard.append, 10)
+    spin(node, lambda: bool(heard), 30.0)
+    found["joints"] = list(heard[0].name)
     tell(json.dumps(found))
 
 

@@ -54,6 +54,7 @@ def answers(ros2: Ros2, *arguments: str) -> Any:
 @contextmanager
 def running(folder: Path) -> Iterator[Ros2]:
     """Run an arm behind the bridge."""
+    folder.mkdir(exist_ok=True)
     (folder / "arm.urdf").write_text(ROBOT)
     (folder / "c.yaml").write_text(CONTROLLERS)
     (folder / "arm.yaml").write_text(EXPERIMENT)

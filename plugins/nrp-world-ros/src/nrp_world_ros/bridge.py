@@ -8,6 +8,7 @@ from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
+from pathlib import Path
 from queue import Empty, Full, Queue
 from typing import Any
 
@@ -162,10 +163,12 @@ class Style:
     Args:
         stamped: whether it sends ``TwistStamped`` to drives.
         bare: the robot whose frames it knows without the prefix ``robot/``.
+        folders: those of models that it may spawn.
     """
 
     stamped: bool = False
     bare: str | None = None
+    folders: tuple[Path, ...] = ()
 
     def frame(self, name: str) -> str:
         """Return the name of a frame."""
@@ -240,7 +243,7 @@ class Bridge(Closing):
                 from nrp_world_ros.ros2.standard import Standard
 
                 ros2: Any = node
-                self._step_standard = Standard(world, ros2, publish).step
+                self._step_standard = Standard(world, ros2, publish, style.folders).step
         self._described: Scene | None = None
         self._sent_ns = -1
 
@@ -257,10 +260,12 @@ class Bridge(Closing):
             self._audience.update()
 
     def _describe(self) -> None:
-        """Offer the URDF of the robots, once for each scene; a body of another loop needs none."""
+        """Transfer the topics of each new scene, and offer its URDFs; a body of another loop needs none."""
         scene = self._world.scene
         if self._tell is None or scene is self._described:
             return
+        if self._described is not None:
+            self.follow()
         self._described = scene
         for name, model in described(scene).items():
             try:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import signal
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -91,9 +93,9 @@ def ros_bridge(
         until_ns = None if until is None else time_ns(until)
         if until_ns is not None and until_ns <= 0:
             raise ValueError(f"a run ends after 0 s, not at {until}")
-    style = Style(stamped, bare_frames)
     settings = overrides_of(overrides, brain=brain, world=world, seed=seed, pace=pace or "realtime")
     loaded = load_experiment(experiment, settings)
+    style = Style(stamped, bare_frames, _model_folders(loaded))
     if bare_frames is not None and bare_frames not in loaded.world.robots:
         raise typer.BadParameter(f"the experiment has no robot '{bare_frames}'", param_hint="--bare-frames")
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # leave ROS cleanly for any end of the run
@@ -107,6 +109,16 @@ def ros_bridge(
                 _whole(loaded, node, until_ns, style)
     except KeyboardInterrupt:
         raise typer.Exit(INTERRUPTED) from None
+
+
+def _model_folders(experiment: Experiment) -> tuple[Path, ...]:
+    """Return the folders of the experiment's models, and those in which Gazebo looks for models."""
+    files = [experiment.world.scene, *(robot.model for robot in experiment.world.robots.values())]
+    places = [path.parent for path in files if path is not None]
+    places += experiment.models
+    for variable in ("GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH"):
+        places += [Path(each) for each in os.environ.get(variable, "").split(os.pathsep) if each]
+    return tuple(dict.fromkeys(places))
 
 
 def _body(experiment: Experiment, node: Node, until_ns: int | None, style: Style, *, lockstep: bool) -> None:

@@ -16,7 +16,7 @@ from nrp_core.errors import NrpError
 from nrp_core.messages.base import ns_of
 from nrp_core.messages.std_msgs import Float64
 from nrp_core.messages.trajectory_msgs import JointTrajectory
-from nrp_core.world import World
+from nrp_core.world import Model, Subscription, TrajectoryController, World
 
 from nrp_world_ros.ros2.node import Ros2Node
 
@@ -37,24 +37,28 @@ class Goals(ABC):
         node: in ROS.
         name: of the action.
         model: the name of the robot.
-        topic: of the commands of the controller.
         publish: publishes a message in the world.
+        controller: the controller.
     """
 
     kind: ClassVar[str]
     """The type of the action."""
 
     def __init__(
-        self, world: World, node: Ros2Node, name: str, model: str, topic: str, publish: Publish
+        self, world: World, node: Ros2Node, name: str, model: str, publish: Publish, controller: Any
     ) -> None:
-        self._world, self._node, self._model, self._topic = world, node, model, topic
-        self._publish = publish
+        self._world, self._node, self._model, self._publish = world, node, model, publish
         self._new: Queue[Any] = Queue()
         self._goal: Any = None
         self._told_ns = 0
+        self.lead(controller)
         self._server = node.act(name, self.kind, self.may_start, self._new.put)
         self._result = node.types.named(self.kind).Result
         self._feedback = node.types.named(self.kind).Feedback
+
+    def lead(self, controller: Any) -> None:
+        """Send goals to this controller, as that of a robot that was spawned again."""
+        self._controller = controller
 
     @abstractmethod
     def may_start(self, goal: Any) -> bool:
@@ -135,22 +139,26 @@ class TrajectoryGoals(Goals):
 
     kind = "control_msgs/action/FollowJointTrajectory"
 
-    def __init__(self, *arguments: Any, joints: tuple[str, ...], state_topic: str | None) -> None:
-        self._joints = joints
-        super().__init__(*arguments)
-        self._controller = None if state_topic is None else self._world.subscribe(state_topic)
-        self._end_ns = 0
+    _end_ns = 0
+    _states: Subscription | None = None
+
+    def lead(self, controller: TrajectoryController) -> None:
+        super().lead(controller)
+        if self._states is not None:
+            self._world.unsubscribe(self._states)
+        topic = controller.state_topic
+        self._states = None if topic is None else self._world.subscribe(topic)
 
     def may_start(self, goal: Any) -> bool:
         names = list(goal.trajectory.joint_names)
-        measured = self._controller is not None or not goal.path_tolerance
+        measured = self._states is not None or not goal.path_tolerance
         points = goal.trajectory.points
         whole = bool(points) and all(len(point.positions) == len(names) for point in points)
-        return whole and set(names) <= set(self._joints) and measured
+        return whole and set(names) <= set(self._controller.joints) and measured
 
     def start(self, goal: Any) -> None:
         trajectory: JointTrajectory = self._node.ours(goal.trajectory, JointTrajectory)
-        self._publish(self._topic, trajectory)
+        self._publish(self._controller.command_topic, trajectory)
         begin_ns = ns_of(trajectory.header.stamp) or self._world.now_ns
         self._end_ns = begin_ns + ns_of(trajectory.points[-1].time_from_start)
         self._told_ns = self._world.now_ns
@@ -171,7 +179,7 @@ class TrajectoryGoals(Goals):
 
     def _controlled(self) -> Any:
         """Return the last state of the controller, if it reports any."""
-        latest = None if self._controller is None else self._controller.latest
+        latest = None if self._states is None else self._states.latest
         return None if latest is None else latest.message
 
     def _violated(self, limits: Any, errors: Mapping[str, float], code: int) -> tuple[bool, Any] | None:
@@ -183,8 +191,8 @@ class TrajectoryGoals(Goals):
         return None
 
     def progress(self) -> Any:
-        feedback = self._feedback(joint_names=list(self._joints))
-        for joint in self._joints:
+        feedback = self._feedback(joint_names=list(self._controller.joints))
+        for joint in self._controller.joints:
             position, velocity = self._state(joint)
             feedback.actual.positions.append(position)
             feedback.actual.velocities.append(velocity)
@@ -195,7 +203,7 @@ class TrajectoryGoals(Goals):
         return feedback
 
     def stop(self) -> None:
-        self._publish(self._topic, JointTrajectory())
+        self._publish(self._controller.command_topic, JointTrajectory())
 
     def failed(self, reason: str) -> Any:
         return self._result(error_code=self._result.INVALID_GOAL, error_string=reason)
@@ -210,20 +218,17 @@ class GripperGoals(Goals):
 
     kind = "control_msgs/action/GripperCommand"
     TOLERANCE, SLOW, STALLED_S = 0.01, 0.001, 1.0
-
-    def __init__(self, *arguments: Any, joint: str) -> None:
-        self._joint, self._moved_ns = joint, 0
-        super().__init__(*arguments)
+    _moved_ns = 0
 
     def may_start(self, goal: Any) -> bool:
         return bool(abs(goal.command.position) < float("inf"))
 
     def start(self, goal: Any) -> None:
-        self._publish(self._topic, Float64(goal.command.position))
+        self._publish(self._controller.topic, Float64(goal.command.position))
         self._moved_ns = self._told_ns = self._world.now_ns
 
     def outcome(self, goal: Any) -> tuple[bool, Any] | None:
-        position, velocity = self._state(self._joint)
+        position, velocity = self._state(self._controller.joint)
         if abs(velocity) > self.SLOW:
             self._moved_ns = self._world.now_ns
         reached = abs(position - goal.command.position) < self.TOLERANCE
@@ -233,26 +238,23 @@ class GripperGoals(Goals):
         return reached, self._result(position=position, stalled=not reached, reached_goal=reached)
 
     def progress(self) -> Any:
-        return self._feedback(position=self._state(self._joint)[0])
+        return self._feedback(position=self._state(self._controller.joint)[0])
 
     def stop(self) -> None:
-        self._publish(self._topic, Float64(self._state(self._joint)[0]))
+        self._publish(self._controller.topic, Float64(self._state(self._controller.joint)[0]))
 
     def failed(self, reason: str) -> Any:
         try:
-            return self._result(position=self._state(self._joint)[0])
+            return self._result(position=self._state(self._controller.joint)[0])
         except NrpError:  # the robot was deleted
             return self._result()
 
 
-def actions_of(world: World, node: Ros2Node, publish: Publish) -> Iterator[Goals]:
-    """Yield the actions of the controllers of all robots."""
-    for model in world.scene.models:
-        for follower in model.trajectory_controllers:
-            name = f"{follower.command_topic.rpartition('/')[0]}/follow_joint_trajectory"
-            given = world, node, name, model.name, follower.command_topic, publish
-            yield TrajectoryGoals(*given, joints=follower.joints, state_topic=follower.state_topic)
-        for controller in model.controllers:
-            if controller.topic.endswith(GRIPPER):
-                given = world, node, controller.topic, model.name, controller.topic, publish
-                yield GripperGoals(*given, joint=controller.joint)
+def controllers_of(model: Model) -> Iterator[tuple[str, type[Goals], Any]]:
+    """Yield the actions of a robot: their names, their classes, and the controllers."""
+    for follower in model.trajectory_controllers:
+        name = f"{follower.command_topic.rpartition('/')[0]}/follow_joint_trajectory"
+        yield name, TrajectoryGoals, follower
+    for controller in model.controllers:
+        if controller.topic.endswith(GRIPPER):
+            yield controller.topic, GripperGoals, controller

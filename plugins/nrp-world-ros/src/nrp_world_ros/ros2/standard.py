@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from queue import Empty, Queue
 from typing import Any
-from urllib.parse import urlparse
+from urllib.parse import unquote, urlparse
 
-from nrp_core.errors import NrpError
+from nrp_core import world
+from nrp_core.errors import NrpError, SceneError
 from nrp_core.messages.gazebo_msgs import ModelState
 from nrp_core.messages.geometry_msgs import Point, Pose, Quaternion, Twist, Vector3
-from nrp_core.world import Model, World
+from nrp_core.world import Model, Scene, World, read_model
 
-from nrp_world_ros.ros2.actions import GRIPPER, Publish, actions_of
+from nrp_world_ros.ros2.actions import GRIPPER, Goals, Publish, controllers_of
 from nrp_world_ros.ros2.node import Ros2Node
 
 SIMULATOR = "/nrp_body/"
@@ -41,18 +42,16 @@ class Standard:
         world: the world.
         node: in ROS.
         publish: publishes a message in the world.
+        folders: those whose files may be spawned.
     """
 
-    def __init__(self, world: World, node: Ros2Node, publish: Publish) -> None:
-        self._world, self._node = world, node
+    def __init__(self, world: World, node: Ros2Node, publish: Publish, folders: Collection[Path]) -> None:
+        self._world, self._node, self._publish, self._folders = world, node, publish, folders
         self._waiting: Queue[_Request] = Queue()
-        self._goals = list(actions_of(world, node, publish))
-        for model in world.scene.models:
-            if listed := list(_controllers(model)):
-                place = f"/{model.name}/controller_manager/"
-                kind = "controller_manager_msgs/srv/"
-                self._offer(place, kind, "ListControllers", partial(self._list, listed))
-                self._offer(place, kind, "SwitchController", partial(_switch, {name for name, *_ in listed}))
+        self._goals: dict[str, Goals] = {}
+        self._managed: set[str] = set()
+        self._followed: Scene | None = None
+        self._follow()
         for answer in (
             self._get_simulator_features, self._get_simulation_state, self._set_simulation_state,
             self._reset_simulation, self._get_entities, self._get_entity_state, self._set_entity_state,
@@ -71,6 +70,23 @@ class Standard:
 
         self._node.offer(name, package + short, ask)
 
+    def _follow(self) -> None:
+        """Offer what belongs to the robots of the present scene; models may have been added."""
+        scene, kind = self._world.scene, "controller_manager_msgs/srv/"
+        for model in scene.models if scene is not self._followed else ():
+            for name, cls, controller in controllers_of(model):
+                if name in self._goals:
+                    self._goals[name].lead(controller)
+                else:
+                    given = self._world, self._node, name, model.name, self._publish, controller
+                    self._goals[name] = cls(*given)
+            if model.name not in self._managed and any(_controllers(model)):
+                self._managed.add(model.name)
+                for short, answer in (("ListControllers", self._list), ("SwitchController", self._switch)):
+                    place = f"/{model.name}/controller_manager/"
+                    self._offer(place, kind, short, partial(answer, model.name))
+        self._followed = scene
+
     def step(self) -> None:
         """Answer waiting calls and follow goals."""
         while True:
@@ -84,18 +100,33 @@ class Standard:
                 except NrpError as error:
                     _refuse(call.response, 4, str(error))
                 call.coming.set_result(call.response)
-        for goals in self._goals:
+        self._follow()
+        for goals in self._goals.values():
             goals.step()
 
     # -- controllers
 
-    def _list(self, listed: list[tuple[str, str, list[str]]], _request: Any, response: Any) -> None:
+    def _controllers(self, robot: str) -> Iterator[tuple[str, str, list[str]]]:
+        for model in self._world.scene.models:
+            if model.name == robot:
+                yield from _controllers(model)
+
+    def _list(self, robot: str, _request: Any, response: Any) -> None:
         kind = self._node.types.named("controller_manager_msgs/msg/ControllerState")
         response.controller = [
             kind(name=name, state="active", type=type_, claimed_interfaces=claimed,
                  required_command_interfaces=claimed)
-            for name, type_, claimed in listed
+            for name, type_, claimed in self._controllers(robot)
         ]  # fmt: skip
+
+    def _switch(self, robot: str, request: Any, response: Any) -> None:
+        active = {name for name, *_ in self._controllers(robot)}
+        unknown = {*request.activate_controllers, *request.deactivate_controllers} - active
+        if unknown:
+            response.message = f"there is no controller {', '.join(sorted(unknown))}"
+        elif request.deactivate_controllers:
+            response.message = "controllers cannot be deactivated: the last command of a joint decides"
+        response.ok = not response.message
 
     # -- the simulator, by simulation_interfaces
 
@@ -177,20 +208,35 @@ class Standard:
             if not request.allow_renaming:
                 return _refuse(response, response.NAME_NOT_UNIQUE, f"there already is a model '{name}'")
             name = next(each for i in range(1, 10**6) if (each := f"{request.name}_{i}") not in names)
-        text = resource.resource_string
-        if not text:
-            try:
-                text = Path(urlparse(resource.uri).path).read_text()
-            except (OSError, UnicodeDecodeError) as error:
-                return _refuse(response, response.NO_RESOURCE, str(error))
         pose = _pose(request.initial_pose.pose)
-        answer = self._world.call(
-            "/gazebo/spawn_sdf_entity", name, text, request.entity_namespace, pose, "world"
-        )
-        if not answer.success:
-            return _refuse(response, response.RESOURCE_PARSE_ERROR, answer.status_message)
+        try:
+            if resource.resource_string:
+                self._spawn_text(name, resource.resource_string, pose)
+            else:
+                self._world.spawn(read_model(self._allowed(resource.uri), name=name, pose=_at(pose)))
+        except OSError as error:
+            return _refuse(response, response.NO_RESOURCE, str(error))
+        except NrpError as error:
+            return _refuse(response, response.RESOURCE_PARSE_ERROR, str(error))
         response.entity_name, response.result.result = name, 1
         return None
+
+    def _spawn_text(self, name: str, text: str, pose: Pose) -> None:
+        answer = self._world.call("/gazebo/spawn_sdf_entity", name, text, "", pose, "world")
+        if not answer.success:
+            raise SceneError(answer.status_message)
+
+    def _allowed(self, uri: str) -> Path:
+        """Return the file of a model.
+
+        Raises:
+            OSError: it does not exist, or is not in a folder of models.
+        """
+        path = Path(unquote(urlparse(uri).path)).resolve(strict=True)
+        if not any(path.is_relative_to(folder.resolve()) for folder in self._folders):
+            places = ", ".join(map(str, self._folders)) or "no folder"
+            raise PermissionError(f"'{path}' is not in {places}")
+        return path
 
     def _delete_entity(self, request: Any, response: Any) -> None:
         if self._has(request.entity, response):
@@ -210,15 +256,6 @@ def _refuse(response: Any, code: int, why: str) -> None:
     response.result.result, response.result.error_message = code, why
 
 
-def _switch(active: set[str], request: Any, response: Any) -> None:
-    unknown = {*request.activate_controllers, *request.deactivate_controllers} - active
-    if unknown:
-        response.message = f"there is no controller {', '.join(sorted(unknown))}"
-    elif request.deactivate_controllers:
-        response.message = "controllers cannot be deactivated: the last command of a joint decides"
-    response.ok = not response.message
-
-
 def _controllers(model: Model) -> Iterator[tuple[str, str, list[str]]]:
     """Yield name, type and command interfaces of the controllers of a robot."""
     for follower in model.trajectory_controllers:
@@ -231,6 +268,11 @@ def _controllers(model: Model) -> Iterator[tuple[str, str, list[str]]]:
         if controller.topic.endswith(GRIPPER):
             name = controller.topic.split("/")[-2]
             yield name, "position_controllers/GripperActionController", [f"{controller.joint}/position"]
+
+
+def _at(pose: Pose) -> world.Pose:
+    p, q = pose.position, pose.orientation
+    return world.Pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
 
 
 def _pose(given: Any) -> Pose:
