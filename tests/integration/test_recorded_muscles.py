@@ -122,7 +122,7 @@ def test_a_video_draws_muscles_where_they_are_and_as_active_as_they_are(
         for one in Recording(recorded[0]).messages({MUSCLES}):
             if muscles.take(one.message) or stage is None:
                 stage = Stage([], kept, muscles)
-            corners = stage.vertices({})
+            corners = stage.mesh.in_world(stage.frames({}))
             (entity,) = one.message.entities
             points = np.array([(p.x, p.y, p.z) for line in entity.lines for p in line.points])
             radius = entity.lines[0].thickness / 2

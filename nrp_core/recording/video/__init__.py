@@ -92,7 +92,7 @@ def video(
     *,
     overwrite: bool = False,
 ) -> int:
-    """Write a video of a recording, in VP9; return the number of its images.
+    """Write a video of a recording, in VP9, or VP8 for .webm; return the number of its images.
 
     Raises:
         ExperimentError: the suffix is not supported, the folder does not exist, the file exists and

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from math import exp, inf, radians, tan
+from itertools import product
+from math import atan2, exp, hypot, inf, radians, tan
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -42,9 +43,10 @@ from nrp_core.scene.model import (
 )
 from nrp_core.scene.rigid import Pose, matrix_of
 from nrp_core.world.model_states import pose_of, transform_pose
-from nrp_core.world.render.portrait import ShadedView
+from nrp_core.world.render.portrait import eye_that_sees
 from nrp_core.world.render.realistic import LitView
 from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
+from nrp_core.world.render.shaded import ShadedView, sun_of
 from nrp_core.world.render.tubes import Tubes
 
 
@@ -147,14 +149,10 @@ class Stage:
         self._numbers = {name: number for (name, _), number in numbers.items()}
         self._frames = np.tile(np.eye(3, 4), (1 + len(numbers), 1, 1))
 
-    def vertices(self, poses: Mapping[str, Pose]) -> FloatArray:
-        """Return all vertices in the world, shape ``(n, 3)``; frames without a new pose keep theirs."""
+    def frames(self, poses: Mapping[str, Pose]) -> FloatArray:
+        """Return all frames, the world's first, shape ``(n, 3, 4)``; those without a pose do not move."""
         for visual, rgba in self._muscles.colors.items():
             self.mesh.set_color(visual, rgba)
-        return self.mesh.in_world(self.frames(poses))
-
-    def frames(self, poses: Mapping[str, Pose]) -> FloatArray:
-        """Return all frames, shape ``(n, 3, 4)``; the first is the world's."""
         for name, number in self._numbers.items():
             if name in poses:
                 self._frames[number] = matrix_of(poses[name])
@@ -203,15 +201,16 @@ def _texture(shape: RecordedShape, folder: Path) -> Texture | None:
 
 
 FIELD_OF_VIEW = radians(45)
-_DISTANCE, _LEAST_M, _SMALL_M = 3.5, 0.5, 0.05
-"""The distance of the following camera, in multiples of the robot's size; robots below the second size count
-as if they had it, except those below the third, which are in a world of their size."""
+_DISTANCE, _UNKNOWN_M = 2.6, 0.5
+"""The distance of the following camera, in multiples of the robot's size; that of a robot without shapes."""
 _HEIGHTS = tuple(radians(degrees) for degrees in (27, 40, 55, 70, 88))
 """Angles above the horizon that it tries."""
 _LAG_S = 0.6
 """Time constant of its rotation, s, so that quick turns of a robot do not shake the image."""
 _OBLIQUE = (-1.0, -1.0, 0.9)
 """Direction from the middle of the scene to a free camera."""
+_FILLED = 0.85
+"""The share of the image of a free camera that robots and trajectories may cover."""
 
 
 class Viewpoint(ABC):
@@ -263,11 +262,17 @@ def from_above(bounds: Bounds, aspect: float) -> Viewpoint:
     return Still(look_at((middle[0], middle[1], height), middle))
 
 
-def free(bounds: Bounds, eye: Vector | None, target: Vector | None) -> Viewpoint:
-    """Return a fixed camera; by default it sees the bounds from a corner."""
+def free(bounds: Bounds, top_m: float, aspect: float, eye: Vector | None, target: Vector | None) -> Viewpoint:
+    """Return a fixed camera; by default it sees the bounds, up to a height, from a corner."""
     middle = target or ((bounds.left + bounds.right) / 2, (bounds.bottom + bounds.top) / 2, 0.0)
-    away = max(bounds.right - bounds.left, bounds.top - bounds.bottom)
-    return Still(look_at(eye or tuple(np.add(middle, np.multiply(_OBLIQUE, away))), middle))
+    if eye or target:
+        away = max(bounds.right - bounds.left, bounds.top - bounds.bottom)
+        return Still(look_at(eye or tuple(np.add(middle, np.multiply(_OBLIQUE, away))), middle))
+    sides = (bounds.left, bounds.right), (bounds.bottom, bounds.top), (0.0, top_m)
+    corners = np.array(list(product(*sides)), float)
+    yaw, up = atan2(_OBLIQUE[1], _OBLIQUE[0]), atan2(_OBLIQUE[2], hypot(*_OBLIQUE[:2]))
+    lens = {"vertical_fov": FIELD_OF_VIEW, "aspect": aspect, "filled": _FILLED}
+    return Still(eye_that_sees(corners, yaw, up, **lens))
 
 
 class Follower(Viewpoint):
@@ -275,21 +280,24 @@ class Follower(Viewpoint):
 
     Args:
         frame: the frame of the robot's base.
-        size_m: size of the robot.
+        size_m: size of the robot; 0 if it is unknown.
         obstacles: boxes along the axes of the world that may hide it: lowest and highest corners, m, shape
             ``(n, 2, 3)``.
+        middle: the middle of the robot in its base, m.
     """
 
-    def __init__(self, frame: str, size_m: float, obstacles: FloatArray) -> None:
-        small = 0.0 < size_m < _SMALL_M
-        self._frame, self._distance = frame, _DISTANCE * (size_m if small else max(size_m, _LEAST_M))
+    def __init__(
+        self, frame: str, size_m: float, obstacles: FloatArray, middle: Vector = (0.0, 0.0, 0.0)
+    ) -> None:
+        self._frame, self._distance = frame, _DISTANCE * (size_m or _UNKNOWN_M)
+        self._middle = Pose(middle)
         self._obstacles = obstacles
         self._way: FloatArray | None = None
         self._at_s = 0.0
 
     def eye(self, t_s: float, poses: Mapping[str, Pose]) -> FloatArray:
         pose = poses[self._frame]
-        robot = np.array(pose.position)
+        robot = np.array((pose @ self._middle).position)
         way = self._free_way(robot, pose.yaw)
         if self._way is not None:
             kept = exp(-max(t_s - self._at_s, 0.0) / _LAG_S)
@@ -352,10 +360,11 @@ def _drawer(
     stage: Stage, muscles: RecordedMuscles, recording: RecordingReader, options: VideoOptions
 ) -> Draw:
     size = options.width, options.height
+    lights = recorded_lights(recording.run)
     if options.renderer is Renderer.SHADED:
-        view = ShadedView(stage.mesh, *size, vertical_fov=FIELD_OF_VIEW, samples=_SAMPLES)
-        return lambda poses, eye: view.draw(stage.vertices(poses), eye)
-    lights = recorded_lights(recording.run) or [Light("sun", direction=_SUN)]
+        view = ShadedView(stage.mesh, *size, vertical_fov=FIELD_OF_VIEW, samples=_SAMPLES, sun=sun_of(lights))
+        return lambda poses, eye: view.draw(stage.frames(poses), eye)
+    lights = lights or [Light("sun", direction=_SUN)]
     lit = LitView(stage.bodies, lights, *size, vertical_fov=FIELD_OF_VIEW, samples=_SAMPLES)
 
     def draw(poses: Mapping[str, Pose], eye: FloatArray) -> Pixels:
@@ -418,7 +427,9 @@ def _viewpoint(recording: RecordingReader, options: VideoOptions) -> Viewpoint:
         case ViewKind.ABOVE:
             return from_above(bounds, options.width / options.height)
         case ViewKind.FREE:
-            return free(bounds, options.eye, options.target)
+            box = _box(story, story.tracks)
+            top_m = 0.0 if box is None else float(box[1][2])
+            return free(bounds, top_m, options.width / options.height, options.eye, options.target)
         case ViewKind.FOLLOW:
             return _follower(story, options.robot, recording)
 
@@ -435,7 +446,13 @@ def _follower(story: Story, robot: str | None, recording: RecordingReader) -> Vi
     name = robot or moved[0]
     frames = [frame for frame in story.first_poses if frame.partition("/")[0] == name]
     base = min(frames, key=lambda frame: (frame == name, frames.index(frame)))
-    return Follower(base, _size(story, name, story.first_poses), _obstacles(story))
+    box = _box(story, {name})
+    if box is None:
+        return Follower(base, 0.0, _obstacles(story))
+    low, high = box
+    x, y, z = ((low + high) / 2).tolist()
+    middle = story.first_poses[base].inverse() @ Pose((x, y, z))
+    return Follower(base, float((high - low).max()), _obstacles(story), middle.position)
 
 
 def _obstacles(story: Story) -> FloatArray:
@@ -454,10 +471,14 @@ def _way(story: Story, name: str) -> float:
     return float(np.hypot(np.diff(track.xs), np.diff(track.ys)).sum())
 
 
-def _size(story: Story, name: str, poses: Mapping[str, Pose]) -> float:
-    """Return the larger side of a robot as seen from above, m."""
-    shapes = [s for s in story.scene.shapes if s.model == name and s.frame in poses]
-    if not shapes:
-        return 0.0
-    outline = np.concatenate([footprint(shape, poses[shape.frame]).outline for shape in shapes])
-    return float(np.ptp(outline, axis=0).max())
+def _box(story: Story, names: Collection[str]) -> tuple[FloatArray, FloatArray] | None:
+    """Return the lowest and the highest corner of robots at their first poses, m; None without shapes."""
+    poses = story.first_poses
+    pieces = [
+        footprint(s, poses[s.frame]) for s in story.scene.shapes if s.model in names and s.frame in poses
+    ]
+    if not pieces:
+        return None
+    outline = np.concatenate([piece.outline for piece in pieces])
+    low, high = min(piece.bottom for piece in pieces), max(piece.top for piece in pieces)
+    return np.append(outline.min(axis=0), low), np.append(outline.max(axis=0), high)

@@ -14,73 +14,10 @@ from nrp_core.scene.merged_bodies import bodies_of
 from nrp_core.scene.model import Rgba, Scene
 from nrp_core.scene.posture import body_poses
 from nrp_core.scene.rigid import BodyPath, Pose, matrix_of
-from nrp_core.world.render.cameras import Optics, looking
-from nrp_core.world.render.raster import FaceView
+from nrp_core.world.render.cameras import looking
 from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
+from nrp_core.world.render.shaded import ShadedView, sun_of
 from nrp_core.world.render.tubes import Tubes, activation_rgba
-
-_LIGHT = np.array([0.45, -0.1, 0.9])  # towards it
-_DARKEST = 0.45
-_BACKGROUND = (240, 243, 247)
-_NEAR_M = 1e-4  # depths are kept as reciprocals, so a short distance costs no precision
-
-
-class ShadedView:
-    """Draws a mesh from any place, smoothly.
-
-    Args:
-        mesh: the visuals.
-        width, height: the size of the images, pixels.
-        vertical_fov: vertical field of view, rad.
-        samples: a pixel is the mean of ``samples`` times ``samples`` samples.
-    """
-
-    def __init__(
-        self, mesh: SceneMesh, width: int, height: int, *, vertical_fov: float, samples: int = 3
-    ) -> None:
-        self._mesh, self._size = mesh, (width, height)
-        self._faces = FaceView(mesh)
-        self.optics = Optics(width * samples, height * samples, vertical_fov, near=_NEAR_M, far=1e4)
-        self._nearness = np.empty((self.optics.height, self.optics.width), np.float32)
-
-    def draw(self, vertices: FloatArray, eye: FloatArray, near_m: float = _NEAR_M) -> npt.NDArray[np.uint8]:
-        """Return an image, RGB, shape ``(height, width, 3)``.
-
-        Args:
-            vertices: those of the mesh, in the world, shape ``(n, 3)``.
-            eye: rotation and translation of the camera to the world, shape ``(3, 4)``.
-            near_m: the least distance of drawn objects, m.
-        """
-        import cv2
-
-        optics = self.optics
-        seen = self._faces.draw(vertices, eye, optics.focal, near_m, optics.far, self._nearness)
-        shade = self._shade(vertices)
-        large = np.take(self._palette(shade), seen, axis=0)
-        textures = self._mesh.textures
-        if textures is not None:
-            image = np.empty_like(large)
-            textures.lay(seen, self._nearness, optics.focal, eye, vertices, self._mesh.faces, image)
-            covered = textures.covered(seen)
-            large[covered] = (image[covered] * shade[seen[covered]][:, None]).round()
-        return cv2.resize(large, self._size, interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)
-
-    def _shade(self, vertices: FloatArray) -> FloatArray:
-        """Return the brightness of each face, more if it faces the light."""
-        mesh = self._mesh
-        a, b, c = (vertices[mesh.faces[:, i]] for i in range(3))
-        normals = np.cross(b - a, c - a)
-        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-        lit = np.clip(normals @ (_LIGHT / np.linalg.norm(_LIGHT)), -1, 1)
-        shade: FloatArray = _DARKEST + (1 - _DARKEST) * (lit + 1) / 2
-        return shade
-
-    def _palette(self, shade: FloatArray) -> npt.NDArray[np.uint8]:
-        """Return the colour of each face, and last the background."""
-        mesh = self._mesh
-        colors = mesh.palette[mesh.surfaces] * shade[:, None]
-        return np.vstack([colors.round(), _BACKGROUND]).astype(np.uint8)
-
 
 FIELD_OF_VIEW = radians(40)
 
@@ -112,11 +49,13 @@ class _Subject:
 
     Args:
         mesh: the visuals.
+        frames: rotation and translation of its frames to the world.
         vertices: all vertices in the world.
         framed: the vertices that the image must show.
     """
 
     mesh: SceneMesh
+    frames: FloatArray
     vertices: FloatArray
     framed: npt.NDArray[np.bool_]
 
@@ -143,13 +82,17 @@ def portrait(
         SceneError: the scene cannot be drawn, for example because a mesh cannot be read.
     """
     subject = _subject(scene, moment or _start(scene), of)
-    view = ShadedView(subject.mesh, width, height, vertical_fov=FIELD_OF_VIEW)
+    view = ShadedView(subject.mesh, width, height, vertical_fov=FIELD_OF_VIEW, sun=sun_of(scene.lights))
     if not len(subject.mesh.faces):
-        return view.draw(subject.vertices, np.eye(3, 4))
+        return view.draw(subject.frames, np.eye(3, 4))
     is_robot = any(not model.static for model in scene.models)
-    eye = _eye(subject, view.optics, is_robot, _WITH_PLACE if of else _FILLED)
-    distances_m = (eye[:, 3] - subject.vertices[subject.framed]) @ eye[:, 2]
-    return view.draw(subject.vertices, eye, _CUT * float(distances_m.min()) if of else _NEAR_M)
+    points = subject.vertices[subject.framed]
+    filled = _WITH_PLACE if of else _FILLED
+    direction = _FROM_ROBOT if is_robot else _FROM_ROOM
+    eye = eye_that_sees(points, *direction, vertical_fov=FIELD_OF_VIEW, aspect=width / height, filled=filled)
+    distances_m = (eye[:, 3] - points) @ eye[:, 2]
+    near_m = {"near_m": _CUT * float(distances_m.min())} if of else {}
+    return view.draw(subject.frames, eye, away_m=float(distances_m.mean()), **near_m)
 
 
 def _subject(scene: Scene, moment: Moment, of: Collection[str]) -> _Subject:
@@ -167,7 +110,7 @@ def _subject(scene: Scene, moment: Moment, of: Collection[str]) -> _Subject:
         mesh.set_color(visual, rgba)
     vertices = mesh.in_world(frames)
     mine = np.isin(mesh.vertex_frames, [number for (name, _), number in numbers.items() if name in of])
-    return _Subject(mesh, vertices, mine if mine.any() else mesh.framed(vertices))
+    return _Subject(mesh, frames, vertices, mine if mine.any() else mesh.framed(vertices))
 
 
 def _colors(moment: Moment, tubes: Tubes) -> Iterator[tuple[str, Rgba]]:
@@ -194,21 +137,31 @@ def _start(scene: Scene) -> Moment:
     return Moment(frames, muscles)
 
 
-def _eye(subject: _Subject, optics: Optics, is_robot: bool, filled: float) -> FloatArray:
-    """Return the pose of the camera: outside, above, and as near as possible with everything in view."""
-    yaw, up = _FROM_ROBOT if is_robot else _FROM_ROOM
+def eye_that_sees(
+    points: FloatArray, yaw: float, up: float, *, vertical_fov: float, aspect: float, filled: float
+) -> FloatArray:
+    """Return the pose of the camera as near as possible with all points in view, shape ``(3, 4)``.
+
+    Args:
+        points: what must be in view, m, shape ``(n, 3)``.
+        yaw: direction from the points to the camera, rad.
+        up: its angle above the horizon, rad.
+        vertical_fov: vertical field of view, rad.
+        aspect: width of the image divided by its height.
+        filled: the share of the image that the points may cover.
+    """
     turn = Pose.from_rpy((0.0, 0.0, 0.0), 0.0, up, yaw + np.pi)
     axes = matrix_of(turn)[:, :3]
-    points = subject.vertices[subject.framed] @ axes  # ahead, left, up
-    high = filled * tan(optics.vertical_fov / 2)
-    wide = high * optics.width / optics.height
+    points = points @ axes  # ahead, left, up
+    high = filled * tan(vertical_fov / 2)
+    wide = high * aspect
     eye = np.append(-points.max(), (points.min(axis=0) + points.max(axis=0))[1:] / 2)
     for _ in range(4):  # nearer objects are larger: centre the image in a few iterations
-        ahead, left, up = (points - eye).T
-        room = max((np.abs(left) / wide - ahead).max(), (np.abs(up) / high - ahead).max())
+        ahead, left, above = (points - eye).T
+        room = max((np.abs(left) / wide - ahead).max(), (np.abs(above) / high - ahead).max())
         eye[0] -= room + _CLEARANCE * np.ptp(points, axis=0).max()
-        ahead, left, up = (points - eye).T
-        for axis, seen in ((1, left / ahead), (2, up / ahead)):
+        ahead, left, above = (points - eye).T
+        for axis, seen in ((1, left / ahead), (2, above / ahead)):
             eye[axis] += (seen.min() + seen.max()) / 2 * ahead.mean()
     x, y, z = axes @ eye
     return matrix_of(looking(Pose((float(x), float(y), float(z)), turn.orientation)))

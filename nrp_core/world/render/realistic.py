@@ -83,22 +83,28 @@ def add_light(
     if slope <= 0 or strength <= 0:
         return
     for number in range(int(lamps[lamp, 16]), int(lamps[lamp, 17])):
-        strength *= _lit(place, normal, maps, map_eyes, map_focals[number], number)
+        strength *= lit_share(place, normal, maps, map_eyes, map_focals[number], number, 1.0)
     for channel in range(3):
         light[channel] += lamps[lamp, 6 + channel] * slope * strength
 
 
 @inlined
-def _lit(
-    place: FloatArray, normal: FloatArray, maps: NearnessArray, eyes: FloatArray, focal: float, number: int
+def lit_share(
+    place: FloatArray,
+    normal: FloatArray,
+    maps: NearnessArray,
+    eyes: FloatArray,
+    focal: float,
+    number: int,
+    outside: float,
 ) -> float:
-    """Return the share of a point's surroundings that is lit by a lamp; 1 outside its map."""
+    """Return the share of a point's surroundings that is lit by a lamp; ``outside`` beside its map."""
     size = maps.shape[1]
     depth = 0.0
     for axis in range(3):
         depth -= eyes[number, axis, 2] * (place[axis] - eyes[number, axis, 3])
     if depth <= 0:
-        return 1.0
+        return outside
     lift = BIAS * depth / focal
     x = y = 0.0
     for axis in range(3):
@@ -107,7 +113,7 @@ def _lit(
         depth -= eyes[number, axis, 2] * lift * normal[axis]
     column, row = size / 2 + focal * x / depth - 0.5, size / 2 - focal * y / depth - 0.5
     if not (0 <= column < size - 1 and 0 <= row < size - 1):
-        return 1.0
+        return outside
     left, top = int(column), int(row)
     across, down = column - left, row - top
     share = 0.0
@@ -154,6 +160,13 @@ def corner_normals(
             for axis in range(3):
                 normal[axis] /= max(length, 1e-300)
     return normals
+
+
+def smooth_normals(vertices: FloatArray, faces: IndexArray) -> FloatArray:
+    """Return a unit normal for each corner of each face, see :func:`corner_normals`."""
+    corners = np.argsort(faces, axis=None, kind="stable").astype(np.int32)
+    starts = np.searchsorted(faces.ravel()[corners], np.arange(len(vertices) + 1))
+    return corner_normals(vertices, faces, corners, starts.astype(np.int32))
 
 
 @inlined
@@ -277,18 +290,18 @@ def _views(
     place, direction = np.array(light.pose.position), np.array(light.direction, float)
     if light.kind == "directional":
         away = FAR * radius
-        eye = _eye(centre - away * direction / length(direction), direction)
+        eye = eye_towards(centre - away * direction / length(direction), direction)
         yield eye, SIZE / 2 * FAR, away / 2, 4 * away
         return
     far = light.attenuation[0] if light.attenuation[0] < inf else 1e6
     if light.kind == "spot":
-        yield _eye(place, direction), SIZE / 2 / (tan(light.cone[1] / 2) * SPOT_MARGIN), NEAREST, far
+        yield eye_towards(place, direction), SIZE / 2 / (tan(light.cone[1] / 2) * SPOT_MARGIN), NEAREST, far
         return
     for side in _SIDES:
-        yield _eye(place, np.array(side, float)), CUBE_FOCAL, NEAREST, far
+        yield eye_towards(place, np.array(side, float)), CUBE_FOCAL, NEAREST, far
 
 
-def _eye(place: FloatArray, direction: FloatArray) -> FloatArray:
+def eye_towards(place: FloatArray, direction: FloatArray) -> FloatArray:
     """Return rotation and translation of an eye that looks in a direction, shape ``(3, 4)``."""
     back = -direction / length(direction)
     upwards = np.array([1.0, 0.0, 0.0]) if abs(back[2]) > 0.9 else np.array([0.0, 0.0, 1.0])
@@ -426,9 +439,7 @@ class RealisticCameras(RasterCameras):
         mesh = self._mesh
         self._lamps = Lamps(lights)
         self._frame_of_face = mesh.vertex_frames[mesh.faces[:, 0]]
-        corners = np.argsort(mesh.faces, axis=None, kind="stable").astype(np.int32)
-        starts = np.searchsorted(mesh.faces.ravel()[corners], np.arange(len(mesh.vertices) + 1))
-        self._normals = corner_normals(mesh.vertices, mesh.faces, corners, starts.astype(np.int32))
+        self._normals = smooth_normals(mesh.vertices, mesh.faces)
         self._gloss = Gloss(mesh.finishes)
         self._framed = np.empty(0, bool)
         self._mapped: tuple[npt.NDArray[Any], ...] = ()

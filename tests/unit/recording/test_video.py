@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from dataclasses import replace
+from itertools import product
 from math import tan
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,7 @@ from nrp_core.recording.video.views import (
     Follower,
     _follower,
     drawn_frames,
+    free,
     from_above,
     look_at,
     recorded_lights,
@@ -74,7 +76,8 @@ def test_a_video_has_the_size_the_length_and_the_codec_that_browsers_play(
     capture = cv2.VideoCapture(str(path))
     assert count == 21 == len(frames(path))
     assert capture.get(cv2.CAP_PROP_FPS) == 20.0
-    assert int(capture.get(cv2.CAP_PROP_FOURCC)).to_bytes(4, "little").lower() in (b"vp09", b"vp90")
+    codec = int(capture.get(cv2.CAP_PROP_FOURCC)).to_bytes(4, "little").lower()
+    assert codec in ((b"vp80", b"vp08") if suffix == ".webm" else (b"vp09", b"vp90"))
     assert frames(path)[0].shape == (120, 160, 3)
 
 
@@ -211,17 +214,39 @@ def test_the_view_from_above_holds_its_bounds() -> None:
 def test_a_follower_is_behind_its_robot_and_rises_where_something_hides_it() -> None:
     poses = {"car/base": Pose((1.0, 2.0, 0.1))}
     x, y, z = Follower("car/base", 1.0, NOTHING).eye(0.0, poses)[:, 3]
-    assert x < 1.0 - 2.5
+    assert x < 1.0 - 2.0
     assert y == pytest.approx(2.0)
     assert z > 1.0
+    raised = Follower("car/base", 1.0, NOTHING, (0.0, 0.0, 0.5)).eye(0.0, poses)[:, 3]
+    assert raised == pytest.approx((x, y, z + 0.5))
     wall = np.array([[(-0.2, -5.0, 0.0), (0.0, 5.0, 2.0)]])
     *_, risen = Follower("car/base", 1.0, wall).eye(0.0, poses)[:, 3]
     assert risen > z + 0.5
 
 
-def test_the_following_camera_is_near_a_tiny_robot_and_keeps_its_distance_from_small_ones() -> None:
+def test_a_robot_of_any_size_fills_the_same_share_of_the_image() -> None:
     def distance(size_m: float) -> float:
         return float(np.linalg.norm(Follower("it/base", size_m, NOTHING).eye(0.0, {"it/base": Pose()})[:, 3]))
 
-    assert distance(0.0025) == pytest.approx(0.0025 * distance(1.0))
-    assert distance(0.3) == distance(0.0) == pytest.approx(0.5 * distance(1.0))
+    for size_m in (0.0025, 0.14, 30.0):
+        assert distance(size_m) == pytest.approx(size_m * distance(1.0))
+    assert distance(0.0) == distance(0.5)  # no shape is known
+
+
+@given(
+    left=coordinates,
+    bottom=coordinates,
+    wide=st.floats(0.01, 50),
+    deep=st.floats(0.01, 50),
+    top=st.floats(0, 5),
+)
+def test_the_free_camera_has_all_that_moves_in_its_image(
+    left: float, bottom: float, wide: float, deep: float, top: float
+) -> None:
+    eye = free(Bounds(left, left + wide, bottom, bottom + deep), top, 4 / 3, None, None).eye(0.0, {})
+    corners = np.array(list(product((left, left + wide), (bottom, bottom + deep), (0.0, top))))
+    x, y, z = ((corners - eye[:, 3]) @ eye[:, :3]).T
+    high = np.abs(y / -z).max() / tan(FIELD_OF_VIEW / 2)
+    across = np.abs(x / -z).max() / tan(FIELD_OF_VIEW / 2) * 3 / 4
+    assert (z < 0).all()
+    assert 0.7 < max(high, across) < 0.9

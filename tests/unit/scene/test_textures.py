@@ -27,7 +27,7 @@ from nrp_core.scene.meshes.triangles import mapped_triangles
 from nrp_core.scene.model import Box, Capsule, Cylinder, Model, Plane, Scene, Sphere
 from nrp_core.scene.rigid import Pose
 from nrp_core.scene.sdf import read_model
-from nrp_core.world.render.portrait import ShadedView
+from nrp_core.world.render.shaded import ShadedView
 
 QUADRANTS = np.array([[(255, 0, 0), (0, 255, 0)], [(0, 0, 255), (255, 255, 255)]], np.uint8)
 """Blue and green above red and white, as OpenCV has them."""
@@ -233,7 +233,7 @@ def test_videos_show_the_image(home: Path, geometry: str, material: str, eye, mi
     with ExitStack() as kept:
         stage = Stage(recorded.shapes, kept)
         view = ShadedView(stage.mesh, 90, 90, vertical_fov=1.0)
-        image = view.draw(stage.vertices({}), look_at(eye, middle))
+        image = view.draw(stage.frames({}), look_at(eye, middle))
     bright = image > 0.75 * image.max(axis=2, keepdims=True)
     assert bright[30, [30, 60]].tolist() == [[0, 0, 1], [0, 1, 0]]
     assert bright[60, [30, 60]].tolist() == [[1, 0, 0], [*white]]
