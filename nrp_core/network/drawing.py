@@ -7,7 +7,7 @@ as they are, many by loops of :func:`compile_loop`, which loads a compiler.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import cache
@@ -117,6 +117,11 @@ def extremes(values: Any) -> FloatArray:
     """Return values, or their lowest and highest if they are drawn again."""
     array: FloatArray = values.bounds if isinstance(values, Drawn) else values
     return array
+
+
+def in_parts(values: FloatArray) -> Iterator[FloatArray]:
+    """Yield consecutive values, few at a time: what is computed from them takes little memory."""
+    return (values[first : first + _FEW] for first in range(0, len(values), _FEW))
 
 
 class Columns(dict[str, Any]):

@@ -57,7 +57,7 @@ class _Stored:
 
 _FEW: Final = 1 << 16
 """Up to this number, indices are not compressed."""
-_PART: Final = 1 << 20
+_PART: Final = 1 << 17
 
 
 @dataclass(frozen=True, slots=True)

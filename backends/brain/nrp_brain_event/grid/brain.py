@@ -57,7 +57,7 @@ from nrp_core.errors import CapabilityError
 from nrp_core.findings import Code
 from nrp_core.network.changes import DOPAMINE, ParameterChange
 from nrp_core.network.data import Network, Population, Projection
-from nrp_core.network.drawing import extremes
+from nrp_core.network.drawing import extremes, in_parts
 from nrp_core.network.grid import Grid as TimeGrid
 from nrp_core.network.indices import stored_form
 from nrp_core.network.limits import distinct
@@ -609,4 +609,8 @@ class GridBrain(Brain):
         if projection.is_continuous:
             return False
         delays = distinct(extremes(stored_form(projection, "delay_ms")))
-        return bool((abs(self._times.time_ms(self._times.delays(delays)) - delays) > _EXACT_MS).any())
+        return any(map(self._are_rounded, in_parts(delays)))
+
+    def _are_rounded(self, delays_ms: FloatArray) -> bool:
+        on_grid_ms = self._times.time_ms(self._times.delays(delays_ms))
+        return bool((abs(on_grid_ms - delays_ms) > _EXACT_MS).any())

@@ -344,13 +344,12 @@ def _fill(store: Store, first: IntArray, targets: Array, weights: Array, grid: T
             sorting.place(pre, post, *part.bounds, shift, at[part.pre_first :], targets)
     if len(weights):
         _place_values(parts, first, weights, lambda part: part.projection.weight, lambda _, given: given)
-    ends = np.concatenate(
-        [_steps(extremes(stored_form(part.projection, "delay_ms")), grid) for part in parts]
-    )
-    if common(ends) is not None and not len(weights):
+    delays_ms = [extremes(stored_form(part.projection, "delay_ms")) for part in parts]
+    ends = grid.delays(np.array([(each.min(), each.max()) for each in delays_ms]))
+    if ends.min() == ends.max() and not len(weights):
         sorting.sort_targets(first, targets)
         neuron = np.flatnonzero(np.diff(first))
-        delay, table = np.full(len(neuron), ends[0]), np.full(len(neuron), numbers[0])
+        delay, table = np.full(len(neuron), ends.min()), np.full(len(neuron), numbers[0])
         return Segments(neuron, first[neuron], np.diff(first)[neuron], delay, table)
     place_of = {own[0].key: place for place, own in enumerate(store.values())}
 
@@ -365,11 +364,6 @@ def _fill(store: Store, first: IntArray, targets: Array, weights: Array, grid: T
     sorting.cut_segments(first, keys, neuron, start)
     delay, table = np.divmod(keys[start].astype(np.int64), len(store))
     return Segments(neuron, start, np.diff(np.append(start, len(targets))), delay, numbers[table])
-
-
-def _steps(delays_ms: FloatArray, grid: TimeGrid) -> Array:
-    """Return delays in steps; one value if all are equal."""
-    return grid.delays(np.array(distinct(delays_ms)))
 
 
 def _place_values(
