@@ -32,6 +32,15 @@ def count_red(pixels: Pixels) -> tuple[int, int]:
     return int(left), int(both - left)
 
 
+def red_colors(colors: Pixels) -> npt.NDArray[np.bool_]:
+    """Return which colours are red.
+
+    Args:
+        colors: RGB, shape ``(n, 3)``.
+    """
+    return np.array([_count(color.reshape(1, 1, 3)) for color in colors], bool)
+
+
 @inlined
 def _is_red(red: int, green: int, blue: int) -> bool:
     """Return whether a colour is red, by the largest channel, the saturation and the rounded hue."""

@@ -15,6 +15,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.dsl.afferents import NormalizedSpindle, NormalizedTendonOrgan, Spindle, TendonOrgan
 from nrp_core.dsl.copies import for_copies
 from nrp_core.messages.sensor_msgs import Image
+from nrp_core.world.render.seen_image import SeenImage
 
 __all__ = [
     "ColorValues",
@@ -178,11 +179,11 @@ def detect_red(image: Image | None) -> RedShares:
     """
     if not _has_pixels(image):
         return RedShares()
-    from nrp_core.dsl.red_pixels import count_red
+    from nrp_core.dsl.red_pixels import count_red, red_colors
 
-    pixels = rgb_array(image)
-    size = pixels.shape[0] * pixels.shape[1]
-    red_left, red_right = count_red(pixels)
+    size = image.height * image.width
+    counts = image.count_colors(red_colors) if isinstance(image, SeenImage) else None
+    red_left, red_right = count_red(rgb_array(image)) if counts is None else counts
     return RedShares(2.0 * red_left / size, 2.0 * red_right / size, (size - red_left - red_right) / size)
 
 

@@ -35,6 +35,7 @@ from nrp_core.world.external_wrenches import ExternalWrenches, Group, wrench_of
 from nrp_core.world.part import Part
 from nrp_core.world.raycast.beams import Beams
 from nrp_core.world.render.cameras import (
+    RASTER,
     SHARED,
     CameraPath,
     Cameras,
@@ -48,6 +49,7 @@ from nrp_core.world.render.renderers import SceneRenderers, open_shared
 
 if TYPE_CHECKING:
     from nrp_core.world.raycast.collisions import CollisionSpace
+    from nrp_core.world.render.raster import Sight
 
 
 class JointCommands(ABC):
@@ -194,6 +196,7 @@ class Engine(JointCommands):
         self._external_wrenches = ExternalWrenches()
         self._pushed: dict[tuple[str, tuple[str, ...], str], Group | None] = {}
         self._body_paths: dict[tuple[str, str], BodyPath] = {}
+        self._constant: dict[str, Any] = {}
         self._space: CollisionSpace | None = None
         self._renderers = SceneRenderers(self._open_renderer, "".join(self.capabilities.renderers[:1]))
 
@@ -313,6 +316,12 @@ class Engine(JointCommands):
         image = self._do_render(model, link, camera)
         image.flags.writeable = False
         return image
+
+    def look(self, model: str, link: str, camera: str) -> Sight | None:
+        """Return what a camera sees now, if the engine can draw its image later; None if it cannot."""
+        if type(self)._do_render is not Engine._do_render:
+            return None
+        return self._renderers.images.look((model, link, camera))
 
     @final
     def image_size(self, model: str, link: str, camera: str) -> tuple[int, int]:
@@ -439,8 +448,8 @@ class Engine(JointCommands):
         check_scene(scene, self.capabilities, self, self.warnings)
         self._do_load(scene)
         self.scene = scene
-        self._bodies, self._body_paths, self._external_wrenches = {}, {}, ExternalWrenches()
-        self._pushed = {}
+        self._bodies, self._body_paths, self._constant = {}, {}, {}
+        self._external_wrenches, self._pushed = ExternalWrenches(), {}
         self._space = None
         self._renderers.close()
         self._renderers = SceneRenderers(self._open_renderer, "".join(self.capabilities.renderers[:1]))
@@ -496,6 +505,11 @@ class Engine(JointCommands):
 
     # -- derived from the scene alone
 
+    @final
+    def _share(self, like: Engine) -> None:
+        """Use the constant parts of another engine with the same scene."""
+        self._bodies, self._body_paths, self._constant = like._bodies, like._body_paths, like._constant
+
     def _bodies_of(self, model: str) -> tuple[Body, ...]:
         if model not in self._bodies:
             self._bodies[model] = bodies_of(self.scene.model(model))
@@ -513,8 +527,11 @@ class Engine(JointCommands):
     def _collisions(self) -> CollisionSpace:
         from nrp_core.world.raycast.collisions import CollisionSpace  # compiled code takes time to load
 
-        if self._space is None:
+        if self._space is None and "space" in self._constant:
+            self._space = self._constant["space"].copy(self._do_frames)
+        elif self._space is None:
             self._space = CollisionSpace(self._all_bodies(), self._do_frames)
+            self._constant["space"] = self._space
         return self._space
 
     @property
@@ -527,7 +544,12 @@ class Engine(JointCommands):
             raise self.lacks("has no cameras")
         if renderer not in SHARED:
             return self._do_open_cameras(renderer)
-        return open_shared(renderer, self._all_bodies(), self._optics, self._do_frames, self.scene.lights)
+        if renderer == RASTER and RASTER in self._constant:
+            cameras: Cameras = self._constant[RASTER].copy(self._do_frames)
+        else:
+            scene = self._all_bodies(), self._optics, self._do_frames, self.scene.lights
+            cameras = self._constant[renderer] = open_shared(renderer, *scene)
+        return cameras
 
     # -- for backends: the operations that cannot be derived
 

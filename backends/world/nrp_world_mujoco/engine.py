@@ -55,8 +55,8 @@ class MujocoEngine(JointedEngine):
         seed: the seed of the world.
         capabilities: the capabilities under the options.
         options: the options.
-        built: the compiled scene, if another engine has compiled it.
-        shared: where to compute the state, if it is not the only one of its kind.
+        like: another engine with the same scene.
+        built: what it has compiled, or a copy.
     """
 
     _built: Built
@@ -72,14 +72,17 @@ class MujocoEngine(JointedEngine):
         seed: int,
         capabilities: WorldCapabilities,
         options: MujocoOptions,
+        like: MujocoEngine | None = None,
         built: Built | None = None,
-        shared: SharedWorkspace | None = None,
     ) -> None:
-        self._shared = shared
+        self._shared: SharedWorkspace | None = None if like is None else like._shared
         name = f"mujoco {mujoco.__version__}"
         super().__init__(scene, seed=seed, capabilities=capabilities, options=options, name=name)
+        if like is not None:
+            self._share(like)
         self._open(scene, built)
-        self._warm_up()
+        if like is None:
+            self._warm_up()
 
     @property
     def motions(self) -> Mapping[str, MotionOf]:
@@ -102,9 +105,7 @@ class MujocoEngine(JointedEngine):
         if built.servos or built.firm:  # gains are written into the model
             built = replace(built, model=copy(built.model))
         has, options = self.capabilities, self._options
-        return MujocoEngine(
-            self.scene, seed=seed, capabilities=has, options=options, built=built, shared=self._shared
-        )
+        return MujocoEngine(self.scene, seed=seed, capabilities=has, options=options, like=self, built=built)
 
     def _do_load(self, scene: Scene) -> None:
         self._shared = None

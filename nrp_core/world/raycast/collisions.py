@@ -7,6 +7,7 @@ engines; an engine only supplies the poses of bodies.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from math import hypot, inf, sqrt
 from typing import NamedTuple
@@ -349,14 +350,24 @@ class CollisionSpace:
             (model, i) for model, each in bodies.items() for i, body in enumerate(each) if not body.fixed
         ]
         self._numbers = {path: number for number, path in enumerate(moving, start=WORLD_FRAME + 1)}
-        self._frames = np.tile(np.eye(3, 4), (1 + len(moving), 1, 1))
-        self._read = reader(moving)
         shapes = [shape for model, each in bodies.items() for shape in _shapes_of(model, each)]
         self._scanners: dict[tuple[str, str, Beams], _Scanner] = {}
         self._owners = [path for path, *_ in shapes]
         self._names = [name for _, name, *_ in shapes]
         self._shapes = [(collision.geometry, place @ collision.pose) for *_, collision, place in shapes]
         self._set_up([geometry for geometry, _ in self._shapes])
+        self._observe(reader)
+
+    def copy(self, reader: Callable[[Sequence[BodyPath]], ReadFrames]) -> CollisionSpace:
+        """Return the shapes of the same scene in another state."""
+        other = copy(self)
+        other._observe(reader)
+        return other
+
+    def _observe(self, reader: Callable[[Sequence[BodyPath]], ReadFrames]) -> None:
+        self._frames = np.tile(np.eye(3, 4), (1 + len(self._numbers), 1, 1))
+        self._read = reader(list(self._numbers))
+        self._places = self._local.copy()
 
     def _set_up(self, geometries: Sequence[Geometry]) -> None:
         """Arrange the shapes in arrays."""
@@ -371,7 +382,6 @@ class CollisionSpace:
         places = [pose @ Pose(middle) for (_, pose), middle in zip(self._shapes, middles, strict=True)]
         self._local = np.array([matrix_of(place) for place in places]).reshape(n, 3, 4)
         self._held = np.array([self._numbers.get(path, WORLD_FRAME) for path in self._owners], np.int64)
-        self._places = self._local.copy()
         self._moves = self._held != WORLD_FRAME
 
     def scan(self, model: str, link: str, beams: Beams) -> FloatArray:

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import atan, tan
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,9 @@ from nrp_core.scene.devices import View
 from nrp_core.scene.merged_bodies import Body, body_of
 from nrp_core.scene.model import Box, Geometry, Light, Plane, Rgba, Scene
 from nrp_core.scene.rigid import Pose
+
+if TYPE_CHECKING:
+    from nrp_core.world.render.raster import Sight
 
 SKY: Rgba = (178 / 255, 178 / 255, 178 / 255, 1.0)
 """Colour of the background: SDF's default grey."""
@@ -144,6 +147,10 @@ class Cameras(ABC):
     @abstractmethod
     def image(self, path: CameraPath) -> ImageArray:
         """Return the image of a camera, shape ``(height, width, 3)``, RGB, a new array."""
+
+    def look(self, path: CameraPath) -> Sight | None:
+        """Return what a camera sees now, if its image can be drawn later."""
+        return None
 
     def depth(self, path: CameraPath) -> DepthArray:
         """Return the depth along a camera's line of sight, m, ``inf`` where it sees nothing."""

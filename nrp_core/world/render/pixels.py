@@ -59,15 +59,116 @@ def draw(
         seen: the result, of the same shape; :data:`NOTHING` for the background.
     """
     to_camera(vertices, vertex_frames, frames, eye_frame, eye, points)
-    nearness[:] = 1.0 / far
-    seen[:] = NOTHING
-    polygon = points[len(vertices) :]
+    window = 0, seen.shape[0], 0, seen.shape[1]
+    _draw_within(window, faces, surfaces, shown, focal, near, far, points, nearness, seen)
+
+
+@jit
+def count_within(
+    chosen: npt.NDArray[np.bool_],
+    vertices: FloatArray,
+    vertex_frames: IndexArray,
+    faces: IndexArray,
+    surfaces: IndexArray,
+    shown: npt.NDArray[np.bool_],
+    frames: FloatArray,
+    eye_frame: int,
+    eye: FloatArray,
+    focal: float,
+    near: float,
+    far: float,
+    points: FloatArray,
+    nearness: NearnessArray,
+    seen: IndexArray,
+) -> tuple[int, int]:
+    """Return at how many pixels of the left and of the right half one of the chosen surfaces is seen.
+
+    Only the part of the image is drawn in which they can be. ``chosen`` is true for them, and false for the
+    background; the other arguments are those of :func:`draw`.
+    """
+    axes = _axes(frames, eye_frame, eye)
+    lens = focal, near, seen.shape[1] / 2, seen.shape[0] / 2
+    low = np.inf, np.inf
+    high = -np.inf, -np.inf
+    for face in range(len(faces)):
+        if chosen[surfaces[face]] and shown[surfaces[face]]:
+            for corner in range(3):
+                i = faces[face, corner]
+                _turn(vertices[i], frames[vertex_frames[i]], axes, points, i)
+            low, high = _cover(points, faces, face, lens, low, high)
+    # one more on each side: the ends of a row are interpolated
+    upper, lower = max(0.0, low[1] - 1.0), min(float(seen.shape[0]), high[1] + 1.0)
+    first, end = max(0.0, low[0] - 1.0), min(float(seen.shape[1]), high[0] + 1.0)
+    if not (upper < lower and first < end):
+        return 0, 0
+    window = int(upper), ceil(lower), int(first), ceil(end)
+    to_camera(vertices, vertex_frames, frames, eye_frame, eye, points)
+    _draw_within(window, faces, surfaces, shown, focal, near, far, points, nearness, seen)
+    middle = seen.shape[1] // 2
+    right_part = window[0], window[1], max(window[2], middle), window[3]
+    both = _tally(window, seen, chosen)
+    on_right = _tally(right_part, seen, chosen)
+    return both - on_right, on_right
+
+
+@inlined
+def _cover(
+    points: FloatArray,
+    faces: IndexArray,
+    face: int,
+    lens: tuple[float, float, float, float],
+    low: tuple[float, float],
+    high: tuple[float, float],
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the lowest and highest column and row of a face and what was covered before."""
+    focal, near, middle, centre = lens
+    if not _faces_eye(points, faces, face):
+        return low, high
+    polygon = points[len(points) - 4 :]
+    corners = _clip(points, faces, face, near, polygon)
+    _project(polygon, corners, focal, middle, centre)
+    for i in range(corners):
+        low = min(low[0], polygon[i, 0]), min(low[1], polygon[i, 1])
+        high = max(high[0], polygon[i, 0]), max(high[1], polygon[i, 1])
+    return low, high
+
+
+@inlined
+def _tally(window: tuple[int, int, int, int], seen: IndexArray, chosen: npt.NDArray[np.bool_]) -> int:
+    """Return the number of pixels of a window with chosen surfaces."""
+    upper, lower, first, end = window
+    found = 0
+    for row in range(upper, lower):
+        for column in range(first, end):
+            surface = seen[row, column]
+            found += surface != NOTHING and chosen[surface]
+    return found
+
+
+@inlined
+def _draw_within(
+    window: tuple[int, int, int, int],
+    faces: IndexArray,
+    surfaces: IndexArray,
+    shown: npt.NDArray[np.bool_],
+    focal: float,
+    near: float,
+    far: float,
+    points: FloatArray,
+    nearness: NearnessArray,
+    seen: IndexArray,
+) -> None:
+    """Draw the part of an image in a window: its first row and that after it, and the same of columns."""
+    height, width = seen.shape
+    nearness[window[0] : window[1], window[2] : window[3]] = 1.0 / far
+    seen[window[0] : window[1], window[2] : window[3]] = NOTHING
+    polygon = points[len(points) - 4 :]
     for face in range(len(faces)):
         if shown[surfaces[face]] and _faces_eye(points, faces, face):
             corners = _clip(points, faces, face, near, polygon)
             if corners:
-                _project(polygon, corners, focal, seen.shape[1] / 2, seen.shape[0] / 2)
-                _fill(polygon, corners, surfaces[face], nearness, seen)
+                _project(polygon, corners, focal, width / 2, height / 2)
+                _fill(polygon, corners, surfaces[face], window, nearness, seen)
 
 
 @jit
@@ -106,18 +207,34 @@ def to_camera(
     points: FloatArray,
 ) -> None:
     """Fill the first ``points`` with the vertices in the camera's frame."""
+    axes = _axes(frames, eye_frame, eye)
+    for i in range(len(vertices)):
+        _turn(vertices[i], frames[vertex_frames[i]], axes, points, i)
+
+
+_Triple = tuple[float, float, float]
+_Axes = tuple[_Triple, _Triple, _Triple, _Triple]
+
+
+@inlined
+def _axes(frames: FloatArray, eye_frame: int, eye: FloatArray) -> _Axes:
+    """Return a camera's axes, to the right, up and back, and its place."""
     held = frames[eye_frame]
-    right, up, back = _axis(held, eye, 0), _axis(held, eye, 1), _axis(held, eye, 2)
     turned = _axis(held, eye, 3)
     place = held[0, 3] + turned[0], held[1, 3] + turned[1], held[2, 3] + turned[2]
-    for i in range(len(vertices)):
-        frame, vertex = frames[vertex_frames[i]], vertices[i]
-        x = _row_times(frame, 0, vertex) + frame[0, 3] - place[0]  # from the camera, along the world's axes
-        y = _row_times(frame, 1, vertex) + frame[1, 3] - place[1]
-        z = _row_times(frame, 2, vertex) + frame[2, 3] - place[2]
-        points[i, 0] = right[0] * x + right[1] * y + right[2] * z
-        points[i, 1] = up[0] * x + up[1] * y + up[2] * z
-        points[i, 2] = back[0] * x + back[1] * y + back[2] * z
+    return _axis(held, eye, 0), _axis(held, eye, 1), _axis(held, eye, 2), place
+
+
+@inlined
+def _turn(vertex: FloatArray, frame: FloatArray, axes: _Axes, points: FloatArray, i: int) -> None:
+    """Fill a row of ``points`` with a vertex in the camera's frame."""
+    right, up, back, place = axes
+    x = _row_times(frame, 0, vertex) + frame[0, 3] - place[0]  # from the camera, along the world's axes
+    y = _row_times(frame, 1, vertex) + frame[1, 3] - place[1]
+    z = _row_times(frame, 2, vertex) + frame[2, 3] - place[2]
+    points[i, 0] = right[0] * x + right[1] * y + right[2] * z
+    points[i, 1] = up[0] * x + up[1] * y + up[2] * z
+    points[i, 2] = back[0] * x + back[1] * y + back[2] * z
 
 
 @inlined
@@ -181,9 +298,16 @@ def _project(polygon: FloatArray, corners: int, focal: float, middle: float, cen
 
 
 @inlined
-def _fill(polygon: FloatArray, corners: int, surface: int, nearness: NearnessArray, seen: IndexArray) -> None:
-    """Draw a convex polygon with a depth test."""
-    height, width = seen.shape
+def _fill(
+    polygon: FloatArray,
+    corners: int,
+    surface: int,
+    window: tuple[int, int, int, int],
+    nearness: NearnessArray,
+    seen: IndexArray,
+) -> None:
+    """Draw the part of a convex polygon in a window with a depth test."""
+    upper, lower, leftmost, end = window
     x, y, w = polygon[0, 0], polygon[0, 1], polygon[0, 2]
     ax, ay, aw = polygon[1, 0] - x, polygon[1, 1] - y, polygon[1, 2] - w
     bx, by, bw = polygon[2, 0] - x, polygon[2, 1] - y, polygon[2, 2] - w
@@ -194,9 +318,9 @@ def _fill(polygon: FloatArray, corners: int, surface: int, nearness: NearnessArr
     top = bottom = y
     for i in range(1, corners):
         top, bottom = min(top, polygon[i, 1]), max(bottom, polygon[i, 1])
-    for row in range(max(0, ceil(top - 0.5)), min(height, ceil(bottom - 0.5))):
+    for row in range(max(upper, ceil(top - 0.5)), min(lower, ceil(bottom - 0.5))):
         left, right = _span(polygon, corners, row + 0.5)
-        first, last = max(0, ceil(left - 0.5)), min(width, ceil(right - 0.5))
+        first, last = max(leftmost, ceil(left - 0.5)), min(end, ceil(right - 0.5))
         if first >= last:
             continue
         start = w + across * (0.5 - x) + down * (row + 0.5 - y)

@@ -7,7 +7,10 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from copy import copy
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +30,15 @@ from nrp_core.world.render.cameras import (
     camera_pose,
     segments_of,
 )
-from nrp_core.world.render.pixels import NOTHING, NearnessArray, draw, paint, point_array, to_camera
+from nrp_core.world.render.pixels import (
+    NOTHING,
+    NearnessArray,
+    count_within,
+    draw,
+    paint,
+    point_array,
+    to_camera,
+)
 from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
 
 _WORLD_POSES = np.eye(3, 4)[np.newaxis]
@@ -44,7 +55,6 @@ class FaceView:
         self._mesh = mesh
         self._numbers = np.arange(len(mesh.faces), dtype=np.int32)
         self._frames = np.full(len(mesh.vertices), WORLD_FRAME, np.int32)
-        self._points = point_array(len(mesh.vertices))
         self._seen: dict[tuple[int, ...], npt.NDArray[np.int32]] = {}
 
     def draw(
@@ -71,7 +81,7 @@ class FaceView:
             self._seen[nearness.shape] = np.empty(nearness.shape, np.int32)
         seen = self._seen[nearness.shape]
         scene = (points, self._frames, mesh.faces, self._numbers, mesh.shown[mesh.surfaces], _WORLD_POSES)
-        draw(*scene, WORLD_FRAME, eye, focal, near, far, self._points, nearness, seen)
+        draw(*scene, WORLD_FRAME, eye, focal, near, far, _work_points(mesh.vertices), nearness, seen)
         return seen
 
 
@@ -101,6 +111,67 @@ def work_arrays(height: int, width: int) -> WorkArrays:
     return sizes[size]
 
 
+def _work_points(vertices: FloatArray) -> FloatArray:
+    """Return an array for the points of vertices, shared in the same way."""
+    sizes: dict[int, FloatArray] = _kept.__dict__.setdefault("points", {})
+    if (n := len(vertices)) not in sizes:
+        sizes[n] = point_array(n)
+    return sizes[n]
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """What a camera sees at a moment, of which an image is drawn when it is asked for.
+
+    Args:
+        mesh: the visuals.
+        optics: the optics of the camera.
+        eye: the frame that the camera moves with, and its pose there.
+        frames: rotation and translation of each frame to the world, shape ``(f, 3, 4)``.
+        palette: the colours of the visuals and last of the sky.
+        shown: which visuals are visible.
+    """
+
+    mesh: SceneMesh
+    optics: Optics
+    eye: tuple[int, FloatArray]
+    frames: FloatArray
+    palette: npt.NDArray[np.uint8]
+    shown: npt.NDArray[np.bool_]
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Height and width of the image, pixels."""
+        return self.optics.height, self.optics.width
+
+    def image(self) -> ImageArray:
+        """Return the image, shape ``(height, width, 3)``, RGB, read-only."""
+        image = np.empty((*self.size, 3), np.uint8)
+        paint(self.surfaces(), self.palette, image)
+        image.flags.writeable = False
+        return image
+
+    def surfaces(self) -> npt.NDArray[np.int32]:
+        """Return the visual at each pixel and store the reciprocal depths; valid until the next call."""
+        draw(*self._scene())
+        return work_arrays(*self.size).seen
+
+    def count(self, chosen: npt.NDArray[np.bool_]) -> tuple[int, int]:
+        """Return the number of pixels in the left and in the right half with certain colours of the palette.
+
+        Args:
+            chosen: for each colour whether it counts; not for that of the sky.
+        """
+        left, right = count_within(chosen, *self._scene())
+        return int(left), int(right)
+
+    def _scene(self) -> tuple[Any, ...]:
+        mesh, optics, (frame, eye) = self.mesh, self.optics, self.eye
+        surfaces = mesh.vertices, mesh.vertex_frames, mesh.faces, mesh.surfaces, self.shown, self.frames
+        lens = optics.focal, optics.near, optics.far
+        return (*surfaces, frame, eye, *lens, _work_points(mesh.vertices), *work_arrays(*self.size))
+
+
 class RasterCameras(Cameras):
     """Draws any camera of a scene.
 
@@ -119,26 +190,46 @@ class RasterCameras(Cameras):
         optics: Mapping[CameraPath, Optics],
         reader: Callable[[Sequence[BodyPath]], ReadFrames],
     ) -> None:
-        numbers = frames_of(bodies)
-        self._frames = np.tile(np.eye(3, 4), (1 + len(numbers), 1, 1))  # the first one is the world
-        self._read = reader(list(numbers))
-        self._mesh = SceneMesh(bodies, numbers)
-        self._points = point_array(len(self._mesh.vertices))
-        self._segments = segments_of(bodies)
-        self._view, self._surfaces_of = (
-            FaceView(self._mesh),
-            np.append(self._mesh.surfaces, np.int32(NOTHING)),
-        )
+        self._bodies, self._numbers = bodies, frames_of(bodies)
+        self._mesh = SceneMesh(bodies, self._numbers)
         self._optics = optics
-        self._eyes = {path: self._eye(bodies[path[0]], path, numbers) for path in optics}
+        self._eyes = {path: self._eye(bodies[path[0]], path, self._numbers) for path in optics}
+        self._observe(reader)
+
+    def copy(self, reader: Callable[[Sequence[BodyPath]], ReadFrames]) -> RasterCameras:
+        """Return the cameras of the same scene in another state, with its first colours."""
+        other = copy(self)
+        other.__dict__.pop("_view", None)
+        other._mesh = self._mesh.copy()
+        other._observe(reader)
+        return other
+
+    def _observe(self, reader: Callable[[Sequence[BodyPath]], ReadFrames]) -> None:
+        self._frames = np.tile(np.eye(3, 4), (1 + len(self._numbers), 1, 1))  # the first one is the world
+        self._read = reader(list(self._numbers))
+
+    @cached_property
+    def _view(self) -> FaceView:
+        return FaceView(self._mesh)
+
+    def look(self, path: CameraPath) -> Sight | None:
+        return None if self._mesh.textures is not None else self._sight(path, self._frames.copy())
 
     def image(self, path: CameraPath) -> ImageArray:
         if self._mesh.textures is not None:
             return self._draw_flat(path)[0]
-        surfaces = self._draw(path)
-        image = np.empty((*surfaces.shape, 3), np.uint8)
-        paint(surfaces, self._mesh.palette, image)
-        return image
+        return self._sight(path, self._frames).image()
+
+    def _sight(self, path: CameraPath, frames: FloatArray) -> Sight:
+        """Return what a camera sees at present.
+
+        Args:
+            path: the camera.
+            frames: gets the poses.
+        """
+        self._read(frames[WORLD_FRAME + 1 :])
+        mesh = self._mesh
+        return Sight(mesh, self._optics[path], self._eyes[path], frames, mesh.palette, mesh.shown)
 
     def _draw_flat(self, path: CameraPath) -> tuple[ImageArray, IndexArray, FloatArray, FloatArray]:
         """Return a flat image with images on its surfaces, and the visible triangles.
@@ -148,7 +239,8 @@ class RasterCameras(Cameras):
         """
         seen, points, eye = self._see(path)
         image = np.empty((*seen.shape, 3), np.uint8)
-        paint(self._surfaces_of[seen], self._mesh.palette, image)
+        surfaces = np.append(self._mesh.surfaces, np.int32(NOTHING))[seen]
+        paint(surfaces, self._mesh.palette, image)
         self._lay_images(path, image, seen, points, eye)
         return image, seen, points, eye
 
@@ -185,17 +277,11 @@ class RasterCameras(Cameras):
         return np.where(surfaces == NOTHING, np.inf, 1.0 / self._work_of(path).nearness).astype(np.float32)
 
     def segments(self, path: CameraPath) -> SegmentArray:
-        return self._segments[self._draw(path)]
+        return segments_of(self._bodies)[self._draw(path)]
 
     def _draw(self, path: CameraPath) -> npt.NDArray[np.int32]:
         """Return the visual at each pixel and store the reciprocal depths; valid until the next call."""
-        self._read(self._frames[WORLD_FRAME + 1 :])
-        optics, (frame, eye), mesh = self._optics[path], self._eyes[path], self._mesh
-        nearness, surfaces = self._work_of(path)
-        scene = (mesh.vertices, mesh.vertex_frames, mesh.faces, mesh.surfaces, mesh.shown, self._frames)
-        lens = (optics.focal, optics.near, optics.far)
-        draw(*scene, frame, eye, *lens, self._points, nearness, surfaces)
-        return surfaces
+        return self._sight(path, self._frames).surfaces()
 
     def set_color(self, visual: str, rgba: Rgba) -> None:
         self._mesh.set_color(visual, rgba)

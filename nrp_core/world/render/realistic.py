@@ -448,6 +448,9 @@ class RealisticCameras(RasterCameras):
         self._lamps = Lamps(lights)
         self._mapped = ()
 
+    def look(self, path: CameraPath) -> None:
+        return None
+
     def image(self, path: CameraPath) -> ImageArray:
         mesh, lamps, optics = self._mesh, self._lamps, self._optics[path]
         nearness = self._work_of(path).nearness

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
 from functools import lru_cache
 from math import floor, sqrt
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +22,8 @@ from nrp_core.scene.rigid import Pose, matrix_of, transform
 from nrp_core.scene.tessellation import mapped_shape, triangles_of
 from nrp_core.world.render.cameras import SKY, bytes_of, drawn, flat
 from nrp_core.world.render.pixels import NOTHING, NearnessArray
+
+A = TypeVar("A", bound="npt.NDArray[Any]")
 
 _Shape: TypeAlias = tuple[FloatArray, npt.NDArray[np.int32], Coordinates | None]
 """Vertices, faces, and the places of their corners in an image, None for a shape without any."""
@@ -55,15 +58,21 @@ class SceneMesh:
         faces = [faces + start for (_, faces, _), start in zip(meshes, starts, strict=False)]
         self.faces = np.concatenate([np.empty((0, 3)), *faces]).astype(np.int32)
         self.surfaces = np.repeat(np.arange(len(placed), dtype=np.int32), [len(each) for each in faces])
-        self.shown = np.ones(len(placed), bool)
+        self.shown = np.array([visual.rgba[3] > 0 for _, visual, *_ in placed], bool)
         self.glowing = np.array([visual.glows for _, visual, *_ in placed], bool)
         self.finishes = [visual.finish for _, visual, *_ in placed]
-        self.palette = np.array([bytes_of(SKY)] * (len(placed) + 1), np.uint8)
+        colors = [bytes_of(flat(visual.rgba)) for _, visual, *_ in placed]
+        self.palette = np.array([*colors, bytes_of(SKY)], np.uint8)
         self.textures = self._textures([visual for _, visual, *_ in placed], meshes)
         self._own = [visual.rgba for _, visual, *_ in placed]
         self._imaged = self.textures.shown.copy() if self.textures else np.zeros(len(placed), bool)
-        for path, visual, *_ in placed:
-            self.set_color(path, visual.rgba)
+        self._first = {name: getattr(self, name) for name in _CHANGING}
+
+    def copy(self) -> SceneMesh:
+        """Return the mesh with its first colours, which shares everything that never changes."""
+        other = copy(self)
+        other.__dict__.update(self._first)
+        return other
 
     def _textures(self, visuals: Sequence[Visual], meshes: Sequence[_Shape]) -> Textures | None:
         images = [
@@ -96,16 +105,31 @@ class SceneMesh:
         return framed if framed.any() else ~framed
 
     def set_color(self, visual: str, rgba: Rgba) -> None:
-        """Set the colour of a visual, named by its path; it shows its image in its own colour only."""
+        """Set the colour of a visual, named by its path; it shows its image in its own colour only.
+
+        The arrays of colours are replaced and not changed, because images that are drawn later use them.
+        """
         number, color = self._numbers[visual], flat(rgba)
-        self.palette[number] = bytes_of(color)
-        self.shown[number] = color[3] > 0
+        self.palette = _with(self.palette, number, bytes_of(color))
+        self.shown = _with(self.shown, number, color[3] > 0)
         if self.textures is not None:
-            self.textures.shown[number] = self._imaged[number] and rgba == self._own[number]
+            self.textures = copy(self.textures)
+            imaged = self._imaged[number] and rgba == self._own[number]
+            self.textures.shown = _with(self.textures.shown, number, imaged)
 
     def set_glow(self, visual: str, glows: bool) -> None:
         """Set whether a visual has its colour in any light."""
-        self.glowing[self._numbers[visual]] = glows
+        self.glowing = _with(self.glowing, self._numbers[visual], glows)
+
+
+_CHANGING = ("palette", "shown", "glowing", "textures")
+
+
+def _with(array: A, number: int, value: Any) -> A:
+    """Return a copy of an array in which an item has another value."""
+    changed = array.copy()
+    changed[number] = value
+    return changed
 
 
 def frames_of(bodies: Mapping[str, Sequence[Body]]) -> dict[BodyPath, int]:

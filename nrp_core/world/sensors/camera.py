@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from math import atan, tan
 from posixpath import basename, dirname, join
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -26,7 +26,11 @@ from nrp_core.scene.reading.sensors import Mount, field_of_view, noise_of, rate_
 from nrp_core.scene.rigid import Pose
 from nrp_core.world.engine import Engine
 from nrp_core.world.render.cameras import DepthArray, ImageArray, SegmentArray
+from nrp_core.world.render.seen_image import SeenImage
 from nrp_core.world.sensors.sensor import Sensor, SensorPart
+
+if TYPE_CHECKING:
+    from nrp_core.world.render.raster import Sight
 
 POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("rgb", "<f4")])
 """A point in the frame of the images, and its colour, whose bytes are those of the number 0xRRGGBB."""
@@ -185,6 +189,8 @@ class CameraPart(SensorPart):
             depth = self._depth(now_ns)
             height, width = depth.shape
             return Image(header, height, width, "32FC1", 0, 4 * width, depth)  # type: ignore[arg-type]
+        if topic == self._camera.topic and (sight := self._look()):
+            return SeenImage.of(header, sight)
         image = self._render()
         if self._is_noisy:
             image = self._with_noise(image, now_ns)
@@ -192,6 +198,10 @@ class CameraPart(SensorPart):
         if topic == self._camera.points_topic:
             return cloud_of(header, self._depth(now_ns), image, self._camera.focal(width))
         return Image(header, height, width, "rgb8", 0, width * channels, image)
+
+    def _look(self) -> Sight | None:
+        """Return what the camera sees, if its image is needed only when somebody looks at it."""
+        return None if self._is_noisy else self._engine.look(*self._path)
 
     def _depth(self, now_ns: int) -> DepthArray:
         depth = self._engine.depth(*self._path)

@@ -187,6 +187,9 @@ class WideAnglePart(CameraPart):
         scale, optics = self._engine.image_scale, self._sensor.optics
         return max(1, round(optics.height * scale)), max(1, round(optics.width * scale))
 
+    def _look(self) -> None:
+        return None
+
     def _render_sides(self) -> ImageArray:
         """Return the image, put together from those of flat cameras."""
         if self._shown is None:

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from ray_images import ray_image
 
+from nrp_core.dsl.red_pixels import red_colors
+from nrp_core.dsl.tf_lib import detect_red
 from nrp_core.messages.std_msgs import ColorRGBA
 from nrp_core.scene.meshes.stl import write_stl
 from nrp_core.scene.model import (
@@ -236,3 +238,15 @@ def test_images_of_two_worlds_opened_at_once_do_not_mix(backend, parts):
     ):
         for world, color in ((one, (255, 0, 0)), (two, (0, 0, 255)), (one, (255, 0, 0))):
             assert (world.engine.render("husky", "eye", "camera")[4] == color).all()
+
+
+def test_red_is_counted_without_an_image_as_in_it(open_world, parts):
+    red, hider = ahead(parts, "red", 3, 0.3, 0), ahead(parts, "hider", 2, 0.1, 0, rgba=BLUE)
+    with open_world(scene_of(red, hider, parts.husky())) as world:
+        camera = world.subscribe("/husky/camera")
+        world.run_until(200_000_000)
+        image = camera.latest.message
+        shares = detect_red(image)
+        assert image.count_colors(red_colors) is not None, "no image was drawn"
+        assert shares == detect_red(replace(image, data=image.data))
+        assert 0 < shares.left > shares.right

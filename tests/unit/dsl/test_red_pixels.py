@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from nrp_core.dsl.red_pixels import count_red
+from nrp_core.dsl.red_pixels import count_red, red_colors
 
 
 def red_of_opencv(pixels):
@@ -32,3 +32,11 @@ def test_the_halves_of_an_image_of_any_width_are_counted(width):
     image = palette[np.repeat(random.integers(0, 4, (24, width)), 3, axis=0)]
     assert count_red(image) == halves(red_of_opencv(image))
     assert count_red(image[:, ::-1]) == halves(red_of_opencv(image[:, ::-1].copy()))
+
+
+def test_the_red_ones_of_some_colours_are_those_of_their_pixels():
+    colours = np.random.default_rng(1).integers(0, 256, (2000, 3), np.uint8)
+    colours[:, 1:] //= 3
+    found = red_colors(colours)
+    assert found.tolist() == red_of_opencv(colours[np.newaxis])[0].tolist()
+    assert found.any()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+from dataclasses import replace
 from math import pi
 
 import numpy as np
@@ -9,11 +11,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from nrp_core.messages.sensor_msgs import Image
+from nrp_core.messages.std_msgs import Header
 from nrp_core.scene.merged_bodies import bodies_of
 from nrp_core.scene.model import Box, Inertial, Link, Model, Scene, Visual
 from nrp_core.scene.rigid import Pose, matrix_of
 from nrp_core.world.render.cameras import SKY, bytes_of, looking, optics_of
 from nrp_core.world.render.raster import RasterCameras
+from nrp_core.world.render.seen_image import SeenImage
 from nrp_core.world.sensors.camera import Camera
 
 NEAR, FAR = 0.2, 9.0
@@ -87,6 +92,56 @@ def test_every_pixel_shows_the_nearest_box_on_its_ray(boxes, heading):
     expected, shared = cast(models, camera)
     # where a ray passes within rounding of an edge, or two faces nearly share a plane, both answers are right
     assert ((image != expected).any(axis=2) & ~shared).mean() < 0.005
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.tuples(sizes, places), min_size=1, max_size=5), st.sets(st.integers(0, 4)), st.data())
+def test_colors_are_counted_without_the_image_that_has_them(boxes, meant, data):
+    models = [box(number, size, pose) for number, (size, pose) in enumerate(boxes)]
+    drawn = cameras(*models, eye(Pose.from_rpy((0.1, -0.2, 0.3), 0.1, -0.1, 0.2)))
+    hidden = data.draw(st.integers(0, len(models) - 1))
+    drawn.set_color(f"box{hidden}/link/visual", (0.0, 0.0, 1.0, 0.0))
+    image = SeenImage.of(Header(), drawn.look(CAMERA))
+    chosen = frozenset(bytes_of(color(number)) for number in meant)
+    counts = image.count_colors(ChosenColors(chosen))
+    found = np.array([[tuple(pixel) in chosen for pixel in row] for row in drawn.image(CAMERA).tolist()])
+    assert counts == (found[:, :20].sum(), found[:, 20:].sum())
+
+
+class ChosenColors:
+    """Chooses some colours."""
+
+    def __init__(self, chosen):
+        self._chosen = chosen
+
+    def __call__(self, palette):
+        return np.array([tuple(each) in self._chosen for each in palette.tolist()])
+
+
+def test_an_image_that_is_drawn_later_shows_its_moment():
+    poses = {"thing": Pose((3.0, 0.0, 0.0))}
+    thing = box(0, (1.0, 1.0, 1.0), Pose())
+    links = (replace(thing.links[0], inertial=Inertial(1.0)),)
+    thing = replace(thing, name="thing", links=links, static=False)
+    drawn = cameras(thing, eye(), poses=poses)
+    before = drawn.image(CAMERA)
+    image, other = (SeenImage.of(Header(), drawn.look(CAMERA)) for _ in range(2))
+    poses["thing"] = Pose((2.0, 0.5, 0.0))
+    drawn.set_color("thing/link/visual", (0.0, 1.0, 0.0, 1.0))
+    assert (drawn.image(CAMERA) != before).any()
+    assert (image.data == before).all()
+    assert not image.data.flags.writeable
+    loaded = pickle.loads(pickle.dumps(other))
+    assert type(loaded) is Image
+    assert (loaded.data == before).all()
+    assert (loaded.height, loaded.width, loaded.encoding, loaded.step) == (30, 40, "rgb8", 120)
+    again = drawn.copy(lambda _: lambda frames: None)
+    assert again.look(CAMERA).palette.tolist() == image_palette(before)
+
+
+def image_palette(image):
+    """Return the colours of the only visual and of the sky."""
+    return [image[15, 20].tolist(), list(bytes_of(SKY))]
 
 
 def test_every_pixel_of_boxes_with_faces_in_one_plane_shows_one_of_them():
