@@ -43,13 +43,13 @@ from nrp_core.world.render.cameras import (
     ImageArray,
     Optics,
     SegmentArray,
+    Sight,
     optics_of,
 )
 from nrp_core.world.render.renderers import SceneRenderers, open_shared
 
 if TYPE_CHECKING:
     from nrp_core.world.raycast.collisions import CollisionSpace
-    from nrp_core.world.render.raster import Sight
 
 
 class JointCommands(ABC):

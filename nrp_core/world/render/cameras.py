@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import atan, tan
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -16,9 +16,6 @@ from nrp_core.scene.devices import View
 from nrp_core.scene.merged_bodies import Body, body_of
 from nrp_core.scene.model import Box, Geometry, Light, Plane, Rgba, Scene
 from nrp_core.scene.rigid import Pose
-
-if TYPE_CHECKING:
-    from nrp_core.world.render.raster import Sight
 
 SKY: Rgba = (178 / 255, 178 / 255, 178 / 255, 1.0)
 """Colour of the background: SDF's default grey."""
@@ -133,6 +130,28 @@ DepthArray = npt.NDArray[np.float32]
 
 RASTER, REALISTIC = SHARED = ("raster", "realistic")
 """The renderers of the core, which every engine has: flat colours, and light with shadows."""
+
+
+class Sight(Protocol):
+    """What a camera sees at a moment, of which an image is drawn when it is asked for."""
+
+    @property
+    def palette(self) -> npt.NDArray[np.uint8]:
+        """All colours in the image, the last one that of the sky, shape ``(n, 3)``."""
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Height and width of the image, pixels."""
+
+    def image(self) -> ImageArray:
+        """Return the image, shape ``(height, width, 3)``, RGB, read-only."""
+
+    def count(self, chosen: npt.NDArray[np.bool_]) -> tuple[int, int]:
+        """Return the number of pixels in the left and in the right half with certain colours of the palette.
+
+        Args:
+            chosen: for each colour whether it counts; not for that of the sky.
+        """
 
 
 class Cameras(ABC):

@@ -120,8 +120,8 @@ def _work_points(vertices: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, slots=True)
-class Sight:
-    """What a camera sees at a moment, of which an image is drawn when it is asked for.
+class RasterSight:
+    """A :class:`~nrp_core.world.render.cameras.Sight` of this renderer.
 
     Args:
         mesh: the visuals.
@@ -141,11 +141,9 @@ class Sight:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Height and width of the image, pixels."""
         return self.optics.height, self.optics.width
 
     def image(self) -> ImageArray:
-        """Return the image, shape ``(height, width, 3)``, RGB, read-only."""
         image = np.empty((*self.size, 3), np.uint8)
         paint(self.surfaces(), self.palette, image)
         image.flags.writeable = False
@@ -157,11 +155,6 @@ class Sight:
         return work_arrays(*self.size).seen
 
     def count(self, chosen: npt.NDArray[np.bool_]) -> tuple[int, int]:
-        """Return the number of pixels in the left and in the right half with certain colours of the palette.
-
-        Args:
-            chosen: for each colour whether it counts; not for that of the sky.
-        """
         left, right = count_within(chosen, *self._scene())
         return int(left), int(right)
 
@@ -212,7 +205,7 @@ class RasterCameras(Cameras):
     def _view(self) -> FaceView:
         return FaceView(self._mesh)
 
-    def look(self, path: CameraPath) -> Sight | None:
+    def look(self, path: CameraPath) -> RasterSight | None:
         return None if self._mesh.textures is not None else self._sight(path, self._frames.copy())
 
     def image(self, path: CameraPath) -> ImageArray:
@@ -220,7 +213,7 @@ class RasterCameras(Cameras):
             return self._draw_flat(path)[0]
         return self._sight(path, self._frames).image()
 
-    def _sight(self, path: CameraPath, frames: FloatArray) -> Sight:
+    def _sight(self, path: CameraPath, frames: FloatArray) -> RasterSight:
         """Return what a camera sees at present.
 
         Args:
@@ -229,7 +222,7 @@ class RasterCameras(Cameras):
         """
         self._read(frames[WORLD_FRAME + 1 :])
         mesh = self._mesh
-        return Sight(mesh, self._optics[path], self._eyes[path], frames, mesh.palette, mesh.shown)
+        return RasterSight(mesh, self._optics[path], self._eyes[path], frames, mesh.palette, mesh.shown)
 
     def _draw_flat(self, path: CameraPath) -> tuple[ImageArray, IndexArray, FloatArray, FloatArray]:
         """Return a flat image with images on its surfaces, and the visible triangles.

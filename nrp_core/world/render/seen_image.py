@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from nrp_core.messages.sensor_msgs import Image
 from nrp_core.messages.std_msgs import Header
-from nrp_core.world.render.cameras import ImageArray
-
-if TYPE_CHECKING:
-    from nrp_core.world.render.raster import Sight
+from nrp_core.world.render.cameras import ImageArray, Sight
 
 ChooseColors = Callable[[npt.NDArray[np.uint8]], npt.NDArray[np.bool_]]
 """Returns which of the colours of an array, shape ``(n, 3)``, are meant."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from math import atan, tan
 from posixpath import basename, dirname, join
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -25,12 +25,9 @@ from nrp_core.scene.reading.plugins import plugin_name, ros_namespace, warn_of_p
 from nrp_core.scene.reading.sensors import Mount, field_of_view, noise_of, rate_of
 from nrp_core.scene.rigid import Pose
 from nrp_core.world.engine import Engine
-from nrp_core.world.render.cameras import DepthArray, ImageArray, SegmentArray
+from nrp_core.world.render.cameras import DepthArray, ImageArray, SegmentArray, Sight
 from nrp_core.world.render.seen_image import SeenImage
 from nrp_core.world.sensors.sensor import Sensor, SensorPart
-
-if TYPE_CHECKING:
-    from nrp_core.world.render.raster import Sight
 
 POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("rgb", "<f4")])
 """A point in the frame of the images, and its colour, whose bytes are those of the number 0xRRGGBB."""
