@@ -25,8 +25,9 @@ from nrp_core.scene.inertia import LEAST_MOMENT
 from nrp_core.scene.meshes.stl import write_stl
 from nrp_core.scene.model import Inertial
 from nrp_core.scene.reading.context import Element, read_xml
-from nrp_core.scene.reading.repairs import LEAST_MASS
+from nrp_core.scene.reading.repairs import LEAST_MASS, NO_INERTIA
 from nrp_core.scene.rigid import Pose, Quaternion, Vector
+from nrp_core.scene.sdf.links import TORSION_BY_RADIUS
 from nrp_core.scene.sdf.model import KEYFRAME
 from nrp_core.world.drives.muscles import ALL
 from nrp_core.world.render.cameras import looking
@@ -260,7 +261,9 @@ class _Writer:
         mass = float(self._m.body_mass[body])
         if body != _WORLD:  # without one, its shapes would weigh something
             centre = Pose(_vector(self._m.body_ipos[body]), _quaternion(self._m.body_iquat[body]))
-            moments = _vector(self._m.body_inertia[body])
+            moments = self._m.body_inertia[body].tolist()
+            if mass and not any(moments):  # as ``boundmass`` leaves it
+                moments = [max(LEAST_MOMENT, 2 * NO_INERTIA * mass)] * 3
             given = Inertial(mass or LEAST_MASS, centre, (*moments, 0.0, 0.0, 0.0))
             yield _inertial(given if any(moments) else _NOTHING)
         first = int(self._m.body_geomadr[body])
@@ -318,8 +321,11 @@ class _Writer:
             seen = f"<transparency>{1 - float(rgba[3])}</transparency>{color}<geometry>{drawn}</geometry>"
             yield f"<visual name={name}>{place}{seen}</visual>"
         if geom in self.touching:
-            mu = f"<friction><ode><mu>{m.geom_friction[geom][0]}</mu></ode></friction>"
-            surface = f"<surface>{mu}{self._bits(geom)}</surface>"
+            mu, torsion, _ = m.geom_friction[geom]
+            patch = torsion / TORSION_BY_RADIUS if m.geom_condim[geom] > 3 else 0.0
+            twisted = f"<torsional><patch_radius>{patch}</patch_radius></torsional>" if patch else ""
+            friction = f"<friction><ode><mu>{mu}</mu></ode>{twisted}</friction>"
+            surface = f"<surface>{friction}{self._bits(geom)}</surface>"
             touched = shape.replace("<mesh>", '<mesh optimization="convex_hull">')  # as MuJoCo does
             yield f"<collision name={name}>{place}<geometry>{touched}</geometry>{surface}</collision>"
 

@@ -119,14 +119,14 @@ def faults(seeds: Iterable[int], folder: Path) -> dict[int, tuple[float, set[str
         worst, sensors = difference(model, theirs, path)
         jump = sensitivity(model, path) if touching and (sensors or worst > 1e-9) else 0.0
         valid += jump < 1e-7
-        if not worst <= max(1e-9, 10 * jump) or (sensors and jump < 1e-7):
+        if not worst <= max(1e-9, 10 * jump) or (sensors and jump < 1e-8):
             wrong[seed] = worst, sensors
     assert valid > len(list(seeds)) / 2
     return wrong
 
 
 def test_random_models_over_several_files_act_as_in_mujoco_alone(tmp_path):
-    assert not faults(range(12), tmp_path)
+    assert not faults([*range(12), 292], tmp_path)  # 292: fixed bodies with a mass and without inertia
 
 
 @pytest.mark.heavy
