@@ -97,6 +97,7 @@ class Touched:
     friction: float
     place: Pose = Pose()
     bits: tuple[int, int] = (ALL_BITS, ALL_BITS)
+    torsion: float = 0.0
 
     def collisions(self) -> Iterator[Collision]:
         """Yield a collision for each shape, all with the same name."""
@@ -105,8 +106,8 @@ class Touched:
     def collision(self, name: str, shape: Shape) -> Collision:
         """Return one of its shapes with a name."""
         category, touched = self.bits
-        geometry, pose = shape.geometry, shape.pose
-        return Collision(name, geometry, pose, self.friction, category=category, touched=touched)
+        made = Collision(name, shape.geometry, shape.pose, self.friction, torsion=self.torsion)
+        return replace(made, category=category, touched=touched)
 
 
 def build_link(

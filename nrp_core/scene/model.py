@@ -201,6 +201,8 @@ class Collision:
     Args:
         estimated: whether it is a box that replaces a missing mesh, so that its size is only an estimate.
         category, touched: bits of its own category, and of the categories that it touches.
+        torsion: greatest torque about the normal of a contact by its normal force, m; in a contact the
+            larger one counts.
     """
 
     name: str
@@ -210,6 +212,7 @@ class Collision:
     estimated: bool = field(default=False, compare=False, repr=False)
     category: int = field(default=ALL_BITS, metadata=LATER)
     touched: int = field(default=ALL_BITS, metadata=LATER)
+    torsion: float = field(default=0.0, metadata=LATER)
 
     __setstate__ = set_fields
 

@@ -84,8 +84,8 @@ class Shapes:
             "group": COLLISIONS,
             "contype": collision.category,
             "conaffinity": collision.touched,
-            "condim": 3 if collision.friction else 1,
-            "friction": [collision.friction, 0, 0],
+            "condim": 1 if not collision.friction else 4 if collision.torsion else 3,
+            "friction": [collision.friction, collision.torsion, 0],
             # in a contact the geom with the higher priority decides: the more slippery one; those of MJCF
             # have their own, usually 0, so that their contacts are MuJoCo's
             "priority": round(1000 * (1 - collision.friction)),

@@ -245,14 +245,14 @@ GROUND_M, GROUND_DEPTH_M = 2000.0, 100.0
 def collisions_of(body: Body) -> list[Sequence[Collision]]:
     """Return the collisions of a body in its frame, distributed to as many links as PyBullet needs.
 
-    Those of a link have the same friction and bits, which PyBullet sets for a whole link. There is at
+    Those of a link have the same friction, torsion and bits, which PyBullet sets for a whole link. There is at
     least one link, which may have none.
     """
-    alike: dict[tuple[float, int, int], list[Collision]] = {}
+    alike: dict[tuple[float, ...], list[Collision]] = {}
     for link in body.links:
         for collision in link.collisions:
             placed = replace(collision, pose=link.pose @ collision.pose)
-            kind = collision.friction, collision.category, collision.touched
+            kind = collision.friction, collision.torsion, collision.category, collision.touched
             alike.setdefault(kind, []).append(placed)
     return [chunk for each in alike.values() for chunk in _chunks(each)] or [()]
 

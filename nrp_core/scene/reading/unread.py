@@ -54,7 +54,7 @@ REMARKS: Final = _defaults(
 """Elements of SDF that are for Gazebo's solvers and windows, with their defaults: one note for a file."""
 NOT_SIMULATED: Final = _defaults(
     "self_collide enable_wind kinematic falloff=1 slip1 slip2 wind/linear_velocity=0,0,0 coefficient=1 "
-    "use_patch_radius=1 patch_radius surface_radius bone_attachment=100 dart/stiffness=100 dart/damping=10 "
+    "surface_radius bone_attachment=100 dart/stiffness=100 dart/damping=10 "
     "flesh_mass_fraction=0.05 intrinsics/s triggered trigger_topic=- visibility_mask=4294967295 box_type=2d "
     "output=depths clip/near=0.1 clip/far=10 center=0.5,0.5 grav_dir_x=1,0,0 initial_position "
     "metal/environment_map=- ambient_occlusion_map=- normal_map=- emissive_map=- light_map=- "

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
-from math import log1p
+from math import log1p, pi
 from typing import Final
 
 from nrp_core.findings import Code
@@ -27,6 +27,8 @@ from nrp_core.scene.reading.sensors import Mount, link_sensors
 from nrp_core.scene.sdf.appearance import read_appearance
 from nrp_core.scene.sdf.frames import Frames
 
+TORSION_BY_RADIUS: Final = 3 * pi / 16
+"""Of a contact patch with the pressure of Hertz."""
 _MOST_BITS: Final = 0x7FFFFFFF
 """Of a positive number that engines hold."""
 
@@ -47,6 +49,21 @@ def read_friction(collision: Element, reading: Reading, *, static: bool = False)
         message = f"friction is the same in all directions: mu = {mu:g}, not mu2 = {mu2:g}"
         reading.notes.warn(friction, Code.NRP264, message)
     return mu
+
+
+def read_torsion(collision: Element) -> float:
+    """Return the greatest torque of friction about the normal of a contact by its normal force, m.
+
+    It is Gazebo's (ODE) for a patch of radius ``a``: ``3 pi / 16`` times the coefficient and ``a``. A patch
+    that grows with the depth of the contact, by ``<surface_radius>``, is not simulated.
+    """
+    torsional = collision.section("surface").section("friction").section("torsional")
+    if not torsional.flag("use_patch_radius", True):
+        torsional.pass_over("patch_radius")
+        return 0.0
+    torsional.pass_over("surface_radius")
+    coefficient = min(1.0, torsional.number("coefficient", 1.0))  # the other surface usually has 1
+    return max(0.0, TORSION_BY_RADIUS * coefficient * torsional.number("patch_radius", 0.0))
 
 
 def read_bits(collision: Element, reading: Reading) -> tuple[int, int]:
@@ -119,6 +136,7 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool, 
                 read_friction(collision, reading, static=static),
                 place(collision),
                 read_bits(collision, reading),
+                read_torsion(collision),
             ),
             collision,
         )

@@ -31,7 +31,7 @@ INERTIAL = (
     + " ".join(f"fluid_added_mass/{one}{other}=0" for i, one in enumerate("xyzpqr") for other in "xyzpqr"[i:])
 )
 SURFACE = """
-    bounce/restitution_coefficient=0 bounce/threshold=100000 friction/torsional/coefficient=1
+    bounce/restitution_coefficient=0 bounce/threshold=100000 friction/torsional/coefficient=1:0.5
     friction/torsional/use_patch_radius=true friction/torsional/patch_radius=0
     friction/torsional/surface_radius=0 friction/torsional/ode/slip=0 friction/ode/mu=1 friction/ode/mu2=1
     friction/ode/fdir1=0,0,0 friction/ode/slip1=0 friction/ode/slip2=0 friction/bullet/friction=1
@@ -178,7 +178,14 @@ def _inertials() -> Iterator[Case]:
 
 def _surfaces() -> Iterator[Case]:
     for path, value in _entries(SURFACE):
-        parts = ("", _set(f"surface/{path}", value))
+        by_radius = "<use_patch_radius>0</use_patch_radius>" if path.endswith("surface_radius") else ""
+        beside = by_radius + ("" if path.endswith("/patch_radius") else "<patch_radius>0.01</patch_radius>")
+        parts = ["", _set(f"surface/{path}", value)]
+        if "torsional" in path:
+            parts = [
+                _set("surface/friction/torsional", beside),
+                parts[1].replace("<torsional>", f"<torsional>{beside}"),
+            ]
         without, changed = (_LINK % ("<mass>1</mass>", part, "") for part in parts)
         yield path, without, changed
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import expm1, isfinite
+from math import expm1, isfinite, pi
 from typing import Any, TypeAlias, cast
 
 from lxml import etree
@@ -112,7 +112,10 @@ def _material(rgba: tuple[float, float, float, float]) -> Xml:
 
 def _surface(collision: Collision) -> Xml:
     friction = [numbers(name, collision.friction) for name in ("mu", "mu2")]
-    surface = element("surface", element("friction", element("ode", *friction)))
+    rubbing = element("friction", element("ode", *friction))
+    if collision.torsion:  # of a patch with a coefficient of 1
+        rubbing.append(element("torsional", numbers("patch_radius", collision.torsion * 16 / (3 * pi))))
+    surface = element("surface", rubbing)
     if collision.is_selective:
         bits = {"collide_bitmask": collision.touched, "category_bitmask": collision.category}
         surface.append(element("contact", *(element(tag, text=str(each)) for tag, each in bits.items())))
