@@ -233,7 +233,9 @@ class _Builder:
         if link.collisions:
             friction, torsion = self._frictions[link.collisions[0].friction], link.collisions[0].torsion
             bullet.changeDynamics(*where, lateralFriction=friction, physicsClientId=client)
-            if friction and torsion:  # a contact has the sum of those of both bodies, each times the other's friction
+            if (
+                friction and torsion
+            ):  # a contact has the sum of those of both bodies, each times the other's friction
                 spinning = torsion / max(self._frictions.values())
                 bullet.changeDynamics(*where, spinningFriction=spinning, physicsClientId=client)
         if link.inertial.mass:
