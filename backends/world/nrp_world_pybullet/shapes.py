@@ -245,8 +245,8 @@ GROUND_M, GROUND_DEPTH_M = 2000.0, 100.0
 def collisions_of(body: Body) -> list[Sequence[Collision]]:
     """Return the collisions of a body in its frame, distributed to as many links as PyBullet needs.
 
-    Those of a link have the same friction, torsion and bits, which PyBullet sets for a whole link. There is at
-    least one link, which may have none.
+    Those of a link have the same friction, torsion and bits, which PyBullet sets for a whole link. There is
+    at least one link, which may have none.
     """
     alike: dict[tuple[float, ...], list[Collision]] = {}
     for link in body.links:

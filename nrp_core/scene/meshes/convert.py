@@ -84,8 +84,8 @@ def pieces_of(surfaces: Sequence[Surface], wanted: Wanted) -> list[Surface]:
         surfaces = _centered(surfaces)
     if wanted.form == "whole":
         return [replace(merge_surfaces(surfaces), rgba=None, image=None, held=None)]
-    if wanted.form == "solid" and (parts := concave_parts(concatenate(surfaces))):
-        return parts
+    if wanted.form == "solid" and (parts := concave_parts(concatenate(surfaces) * wanted.scale)):
+        return [replace(part, triangles=part.triangles / wanted.scale) for part in parts]
     if wanted.form == "hollow":
         from nrp_core.scene.meshes.cells import hollow_pieces  # compiled code takes time to load
 

@@ -43,6 +43,7 @@ from nrp_core.scene.model import (
 from nrp_core.scene.reading.context import Element, Reading
 from nrp_core.scene.rigid import Pose, Vector
 
+_UNSCALED: Final = (1.0, 1.0, 1.0)
 _LUMP: Final = "_fixed_joint_lump__"
 """What Gazebo Classic writes into the name of a collision of a link that is fixed to another one."""
 _ADDED: Final = re.compile(r"(_collision)?(_\d+)?$")
@@ -251,10 +252,10 @@ def _mesh(shape: Element, form: Form, reading: Reading, *, alone: bool, hollow: 
     uri = shape.require("uri")
     scale = shape.find("scale")
     x, y, z = scale.numbers(3) if scale else (1.0, 1.0, 1.0)
+    size = (abs(x), abs(y), abs(z)) if x and y and z else _UNSCALED
     try:
-        size = abs(x), abs(y), abs(z)
-        pieces = _pieces(uri, _wanted(shape, "hollow", size), reading) if hollow and all(size) else []
-        pieces = pieces or _pieces(uri, _wanted(shape, form), reading)
+        pieces = _pieces(uri, _wanted(shape, "hollow", size), reading) if hollow and x and y and z else []
+        pieces = pieces or _pieces(uri, _wanted(shape, form, size if form == "solid" else _UNSCALED), reading)
     except SceneError as error:
         subject = _missing_package(uri, reading)
         message = f"the package '{subject}' is not there: its meshes are replaced by simple shapes"
@@ -293,7 +294,7 @@ def _missing_package(uri: Element, reading: Reading) -> str:
 def _geometry(piece: Piece, scale: Vector) -> Mesh:
     if piece.depth is None:
         return Mesh(piece.path, scale)
-    return ConcaveMesh(piece.path, scale, piece.depth * min(map(abs, scale)))
+    return ConcaveMesh(piece.path, scale, piece.depth)
 
 
 def _polyline(lines: Sequence[Element], form: Form, reading: Reading) -> list[Shape]:
@@ -352,7 +353,7 @@ def _pieces(uri: Element, wanted: Wanted, reading: Reading) -> list[Piece]:
     return mesh_pieces(path, wanted)
 
 
-def _wanted(shape: Element, form: Form, scale: Vector = (1.0, 1.0, 1.0)) -> Wanted:
+def _wanted(shape: Element, form: Form, scale: Vector) -> Wanted:
     submesh = shape.section("submesh")
     if form in ("convex", "hollow", "solid") and shape.attributes.get("optimization") == "convex_hull":
         form = "hull"

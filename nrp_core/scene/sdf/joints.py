@@ -277,6 +277,9 @@ def read_world_joints(
         SceneError: a joint is wrong, or one of its ends does not exist.
     """
     for joint in world.all("joint"):
+        if joint.attribute("type") == "gearbox":
+            _warn_of_gearbox(joint, "it is beside the models whose joints it couples", reading)
+            continue
         row = read_joint(joint, frames, version, reading)
         owner, other = (end.partition("::")[0] for end in (row[-1].child, row[0].parent))
         if other not in (owner, WORLD) and any(each.mimic for each in row):

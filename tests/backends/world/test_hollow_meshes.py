@@ -19,6 +19,7 @@ from nrp_core.scene.meshes.triangles import revolve
 from nrp_core.scene.model import ConcaveMesh, Scene
 from nrp_core.scene.rigid import Pose
 from nrp_core.scene.sdf import read_model, read_scene
+from nrp_core.scene.tessellation import triangles_of
 from nrp_core.world.robot_setup import RobotSetup, set_up_robot
 
 RADIUS = 0.1
@@ -101,6 +102,21 @@ def test_convex_meshes_stay_hulls_and_moving_ones_do_not_become_surfaces(tmp_pat
     (tmp_path / "room.sdf").write_text(moving)
     shapes = read_scene(tmp_path / "room.sdf").models[0].links[0].collisions
     assert not any(isinstance(each.geometry, ConcaveMesh) for each in shapes)
+
+
+def test_walls_in_millimetres_are_as_thick_as_those_in_metres(tmp_path):
+    found = []
+    for units in (1, 1000):
+        room(tmp_path, units * ring(), "0 0 1")
+        text = (tmp_path / "room.sdf").read_text()
+        scale = f"</uri><scale>{f'{1 / units} ' * 3}</scale>"
+        (tmp_path / "room.sdf").write_text(text.replace("</uri>", scale, 1))
+        (shape,) = read_scene(tmp_path / "room.sdf").models[0].links[0].collisions
+        vertices, faces = triangles_of(shape.geometry)
+        found.append((shape.geometry.depth, np.ptp(vertices, axis=0), len(faces)))
+    assert found[0][0] == found[1][0] == pytest.approx(0.05)
+    assert found[0][1] == pytest.approx(found[1][1])
+    assert found[0][2] == found[1][2]
 
 
 def test_an_object_that_moves_is_reported_with_the_volume_of_its_hull(tmp_path):

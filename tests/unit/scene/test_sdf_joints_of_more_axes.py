@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from math import inf, pi
+from pathlib import Path
 
 import numpy as np
 import pytest
 from golden import Golden
 
 from nrp_core.errors import SceneError
+from nrp_core.findings import Code
 from nrp_core.scene.model import Joint, Mimic, Model, Scene
 from nrp_core.scene.outline import outline
+from nrp_core.scene.sdf import read_scene
 
 ModelReader = Callable[..., Model]
 
@@ -268,3 +272,15 @@ def test_a_gearbox_without_two_gears_is_left_out_with_a_warning(
 def test_a_gearbox_suggests_existing_names(model: ModelReader, golden: Golden) -> None:
     with golden.raises(SceneError, match="'bsae'.*'base'"):
         model(geared(BODY.replace("base", "bsae") + AXES))
+
+
+def test_a_gearbox_between_two_models_is_one_finding(tmp_path: Path) -> None:
+    models = "".join(f'<model name="{name}">{geared("")}</model>' for name in "ab")
+    models = re.sub(r'<joint name="g".*?</joint>', "", models, flags=re.DOTALL)
+    body = BODY.replace("base", "a::base")
+    gearbox = joint("gearbox", body + AXES, name="g", ends=("a::one", "b::two"))
+    file = tmp_path / "room.sdf"
+    file.write_text(f'<sdf version="1.9"><world name="w">{models}{gearbox}</world></sdf>')
+    scene = read_scene(file)
+    assert [(each.code, each.subject) for each in scene.warnings] == [(Code.NRP260, "g")]
+    assert scene.ties == ()
