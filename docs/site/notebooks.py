@@ -15,7 +15,7 @@ from pages import on_the_site, write_page
 from paths import PAGES, REPOSITORY, ROOT
 
 FOLDER = ROOT / "docs" / "notebooks"
-TIME_LIMIT_S = 120
+TIME_LIMIT_S = 600
 
 
 def notebooks() -> list[Callable[[], None]]:
