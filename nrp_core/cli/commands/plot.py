@@ -49,7 +49,9 @@ def plot(
     ] = None,
     size: Annotated[
         str | None,
-        typer.Option(metavar="WxH", envvar="NRP_SIZE", help="Width and height, such as 180x120mm or 7x5in."),
+        typer.Option(
+            metavar="WxH", envvar="NRP_SIZE", help="Width and height, such as 180x120mm, or a width: 85mm."
+        ),
     ] = None,
     dpi: Annotated[
         int, typer.Option(min=10, max=2400, envvar="NRP_DPI", help="Dots per inch of a PNG file.")

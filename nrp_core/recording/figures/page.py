@@ -136,6 +136,7 @@ def _raster(story: Story, options: PlotOptions) -> Figure | None:
         return None
     figure = options.figure(_FIGURE_SIZE, layout="constrained")
     axes = figure.add_subplot(title="Spikes", xlabel="simulated time (s)", xlim=story.span_s)
+    figure.draw_without_rendering()  # lays it out: the height decides how many labels fit
     draw_raster(axes, story)
     shade(axes, story.coloured())
     return figure
@@ -159,11 +160,14 @@ def _devices(story: Story, options: PlotOptions) -> Figure | None:
     heights = [height_of(series, 1.6) for _, series in rows]
     figure = options.figure((_FIGURE_SIZE[0], 1.0 + sum(heights)), layout="constrained")
     stack = np.atleast_1d(figure.subplots(len(rows), sharex=True, height_ratios=heights))
-    for axes, (title, series) in zip(stack, rows, strict=True):
+    for axes, (title, _) in zip(stack, rows, strict=True):
         axes.set_title(title)
+    stack[-1].set(xlim=story.span_s, xlabel="simulated time (s)")
+    figure.draw_without_rendering()  # lays it out: the height decides how many labels fit
+    for axes, (_, series) in zip(stack, rows, strict=True):
         draw_values(axes, series, story)
         shade(axes, story.coloured())
-    stack[-1].set(xlim=story.span_s, xlabel="simulated time (s)")
+    stack[-1].set(xlim=story.span_s)
     return figure
 
 

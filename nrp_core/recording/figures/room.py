@@ -251,8 +251,12 @@ def label_ends(axes: Axes, name: str, track: Track, reach_m: float) -> list[Anno
     return [label(axes, text, place, away, distance=distance) for place, text in texts]
 
 
-_MUCH_LARGER, _INSET = 3.0, 0.3
-"""A room this many times as large as the map is shown in a corner, with this share of the map's width."""
+_MUCH_LARGER, _INSETS = 3.0, (0.3, 0.22, 0.16)
+"""A room this many times as large as the map is shown in a corner, with the first share of the map's width
+that leaves what moves alone."""
+_HIGHEST = 1.3  # of the map's height, the corner has at most this many times the share
+_CLEAR = 0.03
+"""The least distance of the corner from what moves, as a share of the map."""
 _PLACES, _POINTS = 9, 200
 """Number of positions that are tried on a side, and of points on a line that are checked."""
 _SMALL_MAP_M = 0.1
@@ -283,15 +287,27 @@ def _draw_pieces(axes: Axes, view: RoomView) -> None:
 
 
 def _draw_whole(axes: Axes, view: RoomView, coloured: Iterable[Coloured]) -> list[Bbox]:
-    """Draw a room that is much larger than the map in the emptiest place at a side; return that place."""
+    """Draw a room that is much larger than the map in the emptiest place at a side; return that place.
+
+    It is smaller where a robot or its trajectory would be near, and left out where even that does not help.
+    """
     axes.apply_aspect()
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     shown, whole = Bounds(left, right, bottom, top), view.whole()
     if whole.area < _MUCH_LARGER * shown.area:
         return []
-    width = min(_INSET, _INSET * whole.aspect)
-    height = width / whole.aspect * axes.bbox.width / axes.bbox.height
-    place = (*_emptiest_side(axes, view.foreground(coloured), width, height), width, height)
+    near = _in_axes(axes, view.foreground(coloured))
+    beside = _in_axes(axes, [p.outline for p in view.fixed if not p.is_ground])
+    for share in _INSETS:
+        tall = axes.bbox.width / axes.bbox.height / whole.aspect  # height for each width, in axes units
+        width = min(share, share * whole.aspect, _HIGHEST * share / tall)
+        height = width * tall
+        corner = _emptiest_side(near, beside, width, height)
+        if corner is not None:
+            break
+    else:
+        return []
+    place = (*corner, width, height)
     inset = axes.inset_axes(place, zorder=8)
     _draw_pieces(inset, view)
     for track in view.story.tracks.values():
@@ -309,19 +325,34 @@ def _draw_whole(axes: Axes, view: RoomView, coloured: Iterable[Coloured]) -> lis
     return [Bbox.from_bounds(*place).transformed(axes.transAxes)]
 
 
+def _in_axes(axes: Axes, lines: Iterable[FloatArray]) -> FloatArray:
+    """Return many points of lines, in axes units, shape ``(n, 2)``."""
+    points = np.concatenate([np.empty((0, 2)), *(_dense(line) for line in lines)])
+    at: FloatArray = axes.transAxes.inverted().transform(axes.transData.transform(points))
+    return at
+
+
 def _emptiest_side(
-    axes: Axes, lines: Iterable[FloatArray], width: float, height: float
-) -> tuple[float, float]:
-    """Return the place on the left or right side of the axes that lines cover least, in axes units."""
+    near: FloatArray, beside: FloatArray, width: float, height: float
+) -> tuple[float, float] | None:
+    """Return the place at the left or right side that covers least; None if each is near what moves.
+
+    Args:
+        near: points of what moves, in axes units, shape ``(n, 2)``.
+        beside: points of furniture, which may be covered where nothing else is free.
+        width: the width of the place, in axes units.
+        height: its height.
+    """
     gap = 0.015
+
+    def covered(points: FloatArray, place: tuple[float, float], clear: float) -> int:
+        low, high = np.subtract(place, clear), np.add(place, (width + clear, height + clear))
+        return int(np.all((points >= low) & (points <= high), axis=1).sum())
+
     heights = np.linspace(1 - height - gap, gap, _PLACES)
     places = [(x, float(y)) for y in heights for x in (1 - width - gap, gap)]
-    points = np.concatenate([_dense(line) for line in lines])
-    at = axes.transAxes.inverted().transform(axes.transData.transform(points))
-    covered = [
-        np.all((at >= place) & (at <= np.add(place, (width, height))), axis=1).sum() for place in places
-    ]
-    return places[int(np.argmin(covered))]
+    free = [place for place in places if not covered(near, place, _CLEAR)]
+    return min(free, key=lambda place: covered(beside, place, 0.0), default=None)
 
 
 def _dense(line: FloatArray) -> FloatArray:

@@ -41,13 +41,13 @@ class PlotOptions:
     """How a figure is drawn.
 
     Args:
-        size_inches: width and height; None: the figure's own size.
+        size_inches: width, and height, None for the figure's own proportions; None: its own size.
         dpi: dots per inch of a PNG file.
         begin_s, end_s: the period that is shown, s.
         panels: the parts of the page.
     """
 
-    size_inches: tuple[float, float] | None = None
+    size_inches: tuple[float, float | None] | None = None
     dpi: int = DPI
     begin_s: float = 0.0
     end_s: float = inf
@@ -57,11 +57,14 @@ class PlotOptions:
     def crowded(self) -> bool:
         """Whether a page with all panels is too small for them."""
         least = zip(self.size_inches or _PAGE_IN, _PAGE_IN, strict=True)
-        return len(self.panels) == len(Panel) and any(side < needed for side, needed in least)
+        small = any(side is not None and side < needed for side, needed in least)
+        return len(self.panels) == len(Panel) and small
 
     def figure(self, size_inches: tuple[float, float], **settings: Any) -> Figure:
         """Return an empty figure, of this size unless the options have another."""
-        return NotebookFigure(figsize=self.size_inches or size_inches, dpi=self.dpi, **settings)
+        own_in, (width_in, height_in) = size_inches, self.size_inches or size_inches
+        height_in = height_in or max(_LEAST_IN, width_in * own_in[1] / own_in[0])
+        return NotebookFigure(figsize=(width_in, height_in), dpi=self.dpi, **settings)
 
 
 class NotebookFigure(Figure):
@@ -73,22 +76,22 @@ class NotebookFigure(Figure):
         return target.getvalue()
 
 
-def size_inches(text: str) -> tuple[float, float]:
-    """Read a size such as ``180x120mm``, ``18x12cm`` or ``7x5in``.
+def size_inches(text: str) -> tuple[float, float | None]:
+    """Read a size such as ``180x120mm``, ``18x12cm`` or ``7x5in``, or a width such as ``85mm``.
 
     Raises:
         ValueError: it is not a size, or not between 1 and 100 inches.
     """
-    number, _, rest = text.partition("x")
-    unit = rest.lstrip("0123456789. ")
-    if not unit or not number.strip():
-        raise ValueError(f"a size is a width, an x, a height and a unit, such as 180x120mm, not '{text}'")
-    sides = [
-        float(parse(f"{side}{unit}", _UNITS, "a size", bare=None)) for side in (number, rest[: -len(unit)])
-    ]
+    *first, last = text.split("x")
+    unit = last.lstrip("0123456789. ")
+    numbers = [*first, last.removesuffix(unit)]
+    if not unit or len(numbers) > 2 or not all(number.strip() for number in numbers):
+        known = "a width, an x, a height and a unit, such as 180x120mm, or a width such as 85mm"
+        raise ValueError(f"a size is {known}, not '{text}'")
+    sides = [float(parse(f"{number}{unit}", _UNITS, "a size", bare=None)) for number in numbers]
     if not all(_LEAST_IN <= side <= _MOST_IN for side in sides):
         raise ValueError(f"a figure is {_LEAST_IN:g} to {_MOST_IN:g} inches wide and high, not {text}")
-    return sides[0], sides[1]
+    return sides[0], sides[1] if len(sides) > 1 else None
 
 
 def panels_of(text: str) -> tuple[Panel, ...]:

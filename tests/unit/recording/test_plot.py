@@ -21,7 +21,7 @@ from nrp_core.messages.geometry_msgs import Twist, Vector3
 from nrp_core.messages.std_msgs import ColorRGBA
 from nrp_core.recording.figures import check_target, plot
 from nrp_core.recording.figures.film import camera_images, image_times
-from nrp_core.recording.figures.page import draw_page
+from nrp_core.recording.figures.page import _raster, draw_page
 from nrp_core.recording.figures.room import footprint, separate_labels
 from nrp_core.recording.figures.story import Coloured, StepSeries, Story, Track
 from nrp_core.recording.figures.style import Panel, PlotOptions, panels_of, size_inches, style
@@ -339,6 +339,36 @@ def test_a_map_is_cropped_to_the_trajectory_and_a_larger_room_is_shown_in_a_corn
     assert not whole.child_axes
 
 
+@pytest.mark.parametrize("bend_m", np.linspace(-1.0, 1.0, 5))
+def test_the_room_in_a_corner_is_nowhere_near_the_trajectory(bend_m: float) -> None:
+    story, along = driven(2.0, 20.0), np.linspace(0.0, 2.0, 100)
+    ys = (bend_m * np.sin(3.0 * along)).tolist()
+    story.tracks["car"] = Track(np.linspace(0, 10, 100).tolist(), along.tolist(), ys, [0.0] * 100)
+    with style():
+        axes = map_of(draw_page(story, [], PlotOptions()))
+    for inset in axes.child_axes:
+        box = inset.get_window_extent().padded(0.02 * axes.bbox.width)
+        assert not any(
+            box.contains(*point) for point in axes.transData.transform(np.column_stack([along, ys]))
+        )
+
+
+@pytest.mark.parametrize("width", ["85mm", "180mm"])
+def test_the_names_of_many_rows_do_not_overlap_at_the_width_of_a_column(width: str) -> None:
+    story = driven(2.0, 20.0)
+    cells = np.arange(40, dtype=np.uint32)
+    story.spikes.update((f"population {n}", [(cells, np.linspace(0.0, 9.0, 40))]) for n in range(8))
+    options = PlotOptions(size_inches=size_inches(width))
+    with style(size_inches(width)[0]):
+        figure = _raster(story, options)
+        assert figure is not None
+        figure.draw_without_rendering()
+    (axes,) = (each for each in figure.axes if each.get_yticklabels() and each.get_title(loc="left"))
+    boxes = [label.get_window_extent() for label in axes.get_yticklabels()]
+    assert len(boxes) >= 5
+    assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
+
+
 LEGS = (f"{place}_{side}" for place in ("front", "middle", "hind") for side in ("left", "right"))
 JOINTS = [*(f"{leg}_{joint}" for leg in LEGS for joint in ("coxa_yaw", "femur_pitch")), "proboscis"]
 
@@ -495,7 +525,9 @@ def test_a_figure_shows_a_window_of_time_and_values_from_before_it_hold(
         Story.of(recording, 3.0, 4.0)
 
 
-@pytest.mark.parametrize("text", ["180", "180x", "x5cm", "180x120", "180x120ly", "0x5cm", "1x1km", "-5x5cm"])
+@pytest.mark.parametrize(
+    "text", ["180", "180x", "mm", "1x2x3cm", "x5cm", "180x120", "180x120ly", "0x5cm", "1x1km", "-5x5cm"]
+)
 def test_a_size_that_is_not_one_is_refused(text: str, golden: Golden) -> None:
     with golden.raises(ValueError):
         size_inches(text)
@@ -505,6 +537,7 @@ def test_sizes_are_read_in_three_units(golden: Golden) -> None:
     assert size_inches("254x127mm") == pytest.approx((10.0, 5.0))
     assert size_inches("25.4 x 12.7 cm") == pytest.approx((10.0, 5.0))
     assert size_inches("10x5in") == (10.0, 5.0)
+    assert size_inches("8.5cm") == (pytest.approx(8.5 / 2.54), None)
     with golden.raises(ValueError, match="'spike'.*'spikes'"):
         panels_of("map,spike")
     with golden.raises(ValueError, match="'map'"):
