@@ -289,7 +289,7 @@ class ClosedLoop(Closing):
         functions: transfer functions; those of equal priority run in this order.
         period_ns: one step of the loop.
         tf_time: the time that functions get: the ``end`` of the step, which is the time of their data,
-            or its ``start``.
+            its ``start``, or the start as the ``summed`` steps in floating point.
         on_error: the reaction to a function that raises: the run ``stop``s, or the function is put in
             ``quarantine`` (it does not run again, its devices fall silent, nothing is sampled for it) and
             the others continue.
@@ -316,7 +316,7 @@ class ClosedLoop(Closing):
         functions: Iterable[TransferFunction] = (),
         *,
         period_ns: int,
-        tf_time: Literal["end", "start"] = "end",
+        tf_time: Literal["end", "start", "summed"] = "end",
         on_error: Literal["stop", "quarantine"] = "stop",
         function_time_limit_s: float | None = DEFAULT_S,
         pacing: Pacing | None = None,
@@ -337,6 +337,7 @@ class ClosedLoop(Closing):
         self.account = TimeAccount()
         self.failures: list[Failure] = []
         self.steps = 0
+        self._summed = 0, 0.0
         self.is_stepping = False
         self._coupled = CoupledStep(brain, world, concurrent=concurrent)
         self._published: deque[tuple[Publication, Any]] = deque()
@@ -468,7 +469,7 @@ class ClosedLoop(Closing):
         for call in function.calls_due(start_ns):
             began, failed = work.now_ns(), False
             try:
-                t = seconds(now_ns if self.tf_time == "end" else start_ns)
+                t = self._function_time(now_ns, start_ns)
                 if together:
                     prepared, waits = function.prepare(now_ns, t, call), work.now_ns()
                     result, share_ns = yield function, prepared
@@ -486,6 +487,17 @@ class ClosedLoop(Closing):
             if failed:
                 return False
         return True
+
+    def _function_time(self, now_ns: int, start_ns: int) -> float:
+        """Return the time that functions get, s."""
+        if self.tf_time != "summed":
+            return seconds(now_ns if self.tf_time == "end" else start_ns)
+        steps = start_ns // self.plan.period_ns
+        n, t = self._summed if self._summed[0] <= steps else (0, 0.0)
+        for _ in range(steps - n):
+            t += seconds(self.plan.period_ns)
+        self._summed = steps, t
+        return t
 
     def _note_failure(self, function: TransferFunction, error: BaseException) -> None:
         """Keep the failure of a function, and put it in quarantine if the run continues."""

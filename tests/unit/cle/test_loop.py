@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from itertools import accumulate
 from typing import Any, Literal, cast
 
 import numpy as np
@@ -39,9 +40,13 @@ def loop_of(*functions: nrp.TransferFunction, brain: MockBrain | None = None, **
     return ClosedLoop(brain, world, functions, period_ns=PERIOD, **options)
 
 
-@pytest.mark.parametrize(("tf_time", "times"), [("end", [0.02, 0.04]), ("start", [0.0, 0.02])])
+@pytest.mark.parametrize(("tf_time", "times"), [
+    ("end", [0.02 * k for k in range(1, 101)]),
+    ("start", [0.02 * k for k in range(100)]),
+    ("summed", list(accumulate([0.02] * 99, initial=0.0))),
+])  # fmt: skip
 def test_functions_get_the_end_or_the_start_of_the_step(
-    tf_time: Literal["end", "start"], times: list[float]
+    tf_time: Literal["end", "start", "summed"], times: list[float]
 ) -> None:
     told: list[float] = []
 
@@ -49,8 +54,12 @@ def test_functions_get_the_end_or_the_start_of_the_step(
     def f(t: float) -> None:
         told.append(t)
 
-    loop_of(f, tf_time=tf_time).run_until(2 * PERIOD)
-    assert told == times
+    loop = loop_of(f, tf_time=tf_time)
+    loop.run_until(100 * PERIOD)
+    assert told == times if tf_time == "summed" else told == pytest.approx(times, abs=1e-12)
+    loop.reset()
+    loop.run_until(2 * PERIOD)
+    assert told[100:] == times[:2]
 
 
 def test_functions_see_both_sides_at_the_end_of_the_step() -> None:

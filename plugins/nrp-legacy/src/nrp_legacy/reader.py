@@ -121,7 +121,7 @@ class _Reading:
             "name": exc.name, "description": exc.description, "seed": exc.seed or 0,
             "timestep": f"{timestep_ns} ns", "duration": f"{duration_ns} ns",
             "brain": self._brain(), "world": self._world(timestep_ns),
-            "tf_time": "start", "on_error": "quarantine", "strict": False,
+            "tf_time": "summed", "on_error": "quarantine", "strict": False,
             "models": self._tree([self._tree(str(folder)) for folder in self._library.roots()]),
         })  # fmt: skip
         experiment = experiment_of(tree, [one for one in self._overrides if one not in self._chosen])
