@@ -12,7 +12,6 @@ backends need. A name is imported when it is first used.
 """
 
 from nrp_core._support.lazy import lazily
-from nrp_core._support.moved import forward_old_names
 
 TYPE_CHECKING = False  # known to type checkers; typing itself takes 5 ms to import
 if TYPE_CHECKING:
@@ -63,5 +62,3 @@ if TYPE_CHECKING:
     from nrp_core.world.world import World as World
 else:
     __getattr__, __dir__, __all__ = lazily(__name__)
-
-forward_old_names()

@@ -14,9 +14,7 @@ if TYPE_CHECKING:
     from typing import Any
 
 
-def lazily(
-    package: str, renamed: dict[str, str] | None = None
-) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+def lazily(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """Return ``__getattr__``, ``__dir__`` and ``__all__`` of a package.
 
     Its names are those that its file imports for type checkers, each in a line of its own,
@@ -24,19 +22,11 @@ def lazily(
 
     Args:
         package: its ``__name__``.
-        renamed: names of the last version, each with today's; a use of one warns.
     """
     home_of = _homes(package)
     public = sorted(home_of)
 
     def get(name: str) -> Any:
-        if renamed and name in renamed:
-            import warnings
-
-            new = renamed[name]
-            message = f"{package}.{name} is {new} since 0.4; the old name ends with 0.5"
-            warnings.warn(message, DeprecationWarning, stacklevel=2)
-            return getattr(sys.modules[package], new)
         home = home_of.get(name)
         if home is None:
             raise AttributeError(

@@ -6,8 +6,6 @@ import pickle
 from io import BytesIO
 from typing import Any, Final
 
-from nrp_core._support.moved import current_name
-
 MOVED: Final[dict[str, str]] = {
     "nrp_core.world.drives.actuator": "nrp_core.world.drives.drive",
     "nrp_core.world.drives.planar_move": "nrp_core.world.drives.mecanum",
@@ -35,6 +33,15 @@ and drives.
 """
 
 
+_PACKAGES: Final[dict[str, str]] = {
+    "nrp_core.brain.changes": "nrp_core.network.changes",
+    "nrp_core.brain.network": "nrp_core.network",
+    "nrp_core.world.messages": "nrp_core.messages",
+    "nrp_core.world.rigid": "nrp_core.scene.rigid",
+    "nrp_core.world.scene": "nrp_core.scene",
+}
+"""Packages that moved with all of their modules, and modules; applied after the others."""
+
 WORLD_RESET: Final = "world_reset"
 """The recorded name of a reset of the world; ``reset`` is that of the run."""
 
@@ -60,4 +67,5 @@ class _Unpickler(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
         full_name = f"{MOVED.get(module, module)}.{name}"
         module, _, name = MOVED.get(f"{module}.{name}", full_name).rpartition(".")
-        return super().find_class(current_name(module), name)
+        old = next((old for old in _PACKAGES if f"{module}.".startswith(f"{old}.")), "")
+        return super().find_class(_PACKAGES.get(old, "") + module[len(old) :], name)

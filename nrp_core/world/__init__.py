@@ -114,4 +114,4 @@ if TYPE_CHECKING:
     from nrp_core.world.topics import TopicInfo as TopicInfo
     from nrp_core.world.world import World as World
 else:
-    __getattr__, __dir__, __all__ = lazily(__name__, {"LiveScene": "World"})
+    __getattr__, __dir__, __all__ = lazily(__name__)

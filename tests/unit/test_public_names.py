@@ -101,7 +101,7 @@ def test_the_doors_import_nothing_until_a_name_is_used() -> None:
     found = set(run.stdout.split())
     assert {name for name in found if name.startswith("nrp_core")} == {
         "nrp_core", "nrp_core._support", "nrp_core._support.collector", "nrp_core._support.lazy",
-        "nrp_core._support.moved", "nrp_core.brain", "nrp_core.world",
+        "nrp_core.brain", "nrp_core.world",
     }  # fmt: skip
     assert len(found) <= 13, found
 
