@@ -183,7 +183,7 @@ def topics(node: Node) -> None:
 def call(node: Node) -> None:
     service, name, number, *given = sys.argv[2:]
     client = node.create_client(kind(name), service)
-    if not client.wait_for_service(10.0):
+    if not client.wait_for_service(30.0):
         tell("no server")
         return
     request = client.srv_type.Request()
@@ -194,7 +194,9 @@ def call(node: Node) -> None:
             target = getattr(target, part)
         setattr(target, last, type(getattr(target, last))(json.loads(value)))
     coming = [client.call_async(request) for _ in range(int(number))]
-    spin(node, lambda: all(each.done() for each in coming), 20.0)
+    for _ in range(4):  # an answer is lost if the caller was not discovered within 0.1 s
+        spin(node, lambda: all(each.done() for each in coming), 15.0)
+        coming[:] = [each if each.done() else client.call_async(request) for each in coming]
     for each in coming:
         tell(each.result() if each.done() else "nothing")
 

@@ -1,9 +1,10 @@
 """What ROS 2's C libraries need of a type, made in Python: no code is generated and compiled.
 
-ROS passes a message as a pointer to a C structure that only functions of its type read. Here this pointer is
-a number, under which a table holds the bytes of the message, and the functions are Python's. The structures
-are those of ``rosidl_runtime_c`` and ``rosidl_typesupport_fastrtps_cpp``, the same since ROS 2 Jazzy. The
-middlewares Fast DDS and Zenoh use this type support; Cyclone DDS uses another.
+ROS passes a message as a pointer to a C structure that only functions of its type read. Here this structure
+holds the encoded bytes of the message. The functions that convert it from and to Python's messages are in
+Python; those that the middleware calls are machine code. The structures are those of ``rosidl_runtime_c`` and
+``rosidl_typesupport_fastrtps_cpp``, the same since ROS 2 Jazzy. The middlewares Fast DDS and Zenoh use this
+type support; Cyclone DDS uses another.
 """
 
 from __future__ import annotations
@@ -22,10 +23,8 @@ from ctypes import (
     c_char_p,
     c_size_t,
     c_uint8,
-    c_uint32,
     c_void_p,
 )
-from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +43,14 @@ class _Hash(Structure):
 
 
 class _Sequence(Structure):
+    """A sequence in C, as of bytes: what a message is here."""
+
     _fields_ = (("data", c_void_p), ("size", c_size_t), ("capacity", c_size_t))
+
+    @property
+    def bytes(self) -> bytes:
+        """Its bytes."""
+        return ctypes.string_at(self.data, self.size)
 
 
 class _String(Structure):
@@ -57,8 +63,7 @@ class _Description(Structure):
     _fields_ = (("name", _String), ("fields", _Sequence), ("referenced", _Sequence))
 
 
-_Getter = CFUNCTYPE(c_void_p, c_void_p)
-_ABOUT = (("hash", _Getter), ("description", _Getter), ("sources", _Getter))
+_ABOUT = (("hash", c_void_p), ("description", c_void_p), ("sources", c_void_p))
 
 
 class _Message(Structure):
@@ -82,17 +87,14 @@ class _Action(Structure):
 
 _Create = CFUNCTYPE(c_void_p)
 _Destroy = CFUNCTYPE(None, c_void_p)
-_Encode = CFUNCTYPE(c_bool, c_void_p, c_void_p)
-_Size = CFUNCTYPE(c_uint32, c_void_p)
-_MaxSize = CFUNCTYPE(c_size_t, POINTER(c_char))
 _FromPython = CFUNCTYPE(c_bool, ctypes.py_object, c_void_p)
 _ToPython = CFUNCTYPE(ctypes.py_object, c_void_p)
 
 
 class _MessageFunctions(Structure):
     _fields_ = (
-        ("namespace", c_char_p), ("name", c_char_p), ("encode", _Encode), ("decode", _Encode),
-        ("size", _Size), ("max_size", _MaxSize), ("key", c_void_p),
+        ("namespace", c_char_p), ("name", c_char_p), ("encode", c_void_p), ("decode", c_void_p),
+        ("size", c_void_p), ("max_size", c_void_p), ("key", c_void_p),
     )  # fmt: skip
 
 
@@ -126,6 +128,41 @@ class MachineCode:
         """Return the address of a function that sets the byte at its argument to 0 and returns 0."""
         return self._add(bytes.fromhex("1f000039 000080d2 c0035fd6" if self._is_arm else "c60700 31c0 c3"))
 
+    def size(self) -> int:
+        """Return the address of a function that returns the size of the sequence at its argument."""
+        return self._add(bytes.fromhex("000840b9 c0035fd6" if self._is_arm else "8b4708 c3"))
+
+    def encoding(self, write: int) -> int:
+        """Return the address of a function of a sequence and an encoder, which writes one to the other.
+
+        Args:
+            write: the function of an encoder, data and their size.
+        """
+        a = write.to_bytes(8, "little")
+        if self._is_arm:
+            code = "fd7bbfa9 e30300aa e00301aa 610840a9 c4000058 80003fd6 20008052 fd7bc1a8 c0035fd6 1f2003d5"
+            return self._add(bytes.fromhex(code) + a)
+        before, after = "4889f8 4889f7 488b30 488b5008 4883ec08 48b8", "ffd0 4883c408 b801000000 c3"
+        return self._add(bytes.fromhex(before) + a + bytes.fromhex(after))
+
+    def decoding(self, buffer_at: int, data_at: int, copy: int) -> int:
+        """Return the address of a function of a decoder and a sequence, which copies all data of one.
+
+        Args:
+            buffer_at: where the decoder has a pointer to its buffer.
+            data_at: where the buffer has its data and their size, like a sequence.
+            copy: the function that copies one sequence to another.
+        """
+        a = copy.to_bytes(8, "little")
+        if self._is_arm:
+            load, add = 0xF9400000 | buffer_at // 8 << 10, 0x91000000 | data_at << 10
+            head = load.to_bytes(4, "little") + add.to_bytes(4, "little")
+            return self._add(head + bytes.fromhex("42000058 40001fd6") + a)
+        places = [each.to_bytes(4, "little") for each in (buffer_at, data_at)]
+        return self._add(
+            b"\x48\x8b\xbf" + places[0] + b"\x48\x81\xc7" + places[1] + b"\x48\xb8" + a + b"\xff\xe0"
+        )
+
     def _add(self, code: bytes) -> int:
         place = self._memory.tell()
         self._memory.write(code.ljust(-(-len(code) // 16) * 16, b"\0"))
@@ -146,15 +183,18 @@ class TypeSupport:
         self._reset_error = _function(_library(folders, "librcutils.so").rcutils_reset_error)
         self._find_message = ctypes.cast(runtime.get_message_typesupport_handle_function, c_void_p)
         self._find_service = ctypes.cast(runtime.get_service_typesupport_handle_function, c_void_p)
-        self._write = cdr._ZN8eprosima7fastcdr3Cdr15serialize_arrayEPKcm
-        self._write.argtypes = (c_void_p, c_char_p, c_size_t)
-        self._buffer_at, self._data_at, self._size_at = _cdr_layout(cdr)
-        self._numbers, self._messages = count(1), dict[int, bytes]()
+        self._copy = runtime.rosidl_runtime_c__uint8__Sequence__copy
+        self._copy.argtypes = (c_void_p, c_void_p)
+        self._end = runtime.rosidl_runtime_c__uint8__Sequence__fini
+        self._end.argtypes = (c_void_p,)
+        self._messages: dict[int, _Sequence] = {}
         self._kept: list[Any] = []  # C holds pointers to them as long as the process runs
         self._create, self._destroy = _Create(self._new), _Destroy(self._forget)
-        self._encode, self._decode = _Encode(self._write_message), _Encode(self._read_message)
-        self._size = _Size(lambda number: len(self._messages[number]) - _HEAD)
-        self._max_size = _MaxSize(self._code.clearing())
+        write = _function(cdr._ZN8eprosima7fastcdr3Cdr15serialize_arrayEPKcm)
+        self._functions = (
+            self._code.encoding(write), self._code.decoding(*_cdr_layout(cdr), _function(self._copy)),
+            self._code.size(), self._code.clearing(), None,
+        )  # fmt: skip
 
     def message(
         self,
@@ -174,24 +214,23 @@ class TypeSupport:
             empty: returns a message in place of bytes that cannot be decoded.
         """
 
-        def from_python(message: Any, number: int) -> bool:
+        def from_python(message: Any, address: int) -> bool:
             try:
-                self._messages[number] = encode(message)
+                data = encode(message)[_HEAD:]
             except NrpError as error:  # rclpy raises an error without a reason
                 report(error)
                 return False
-            return True
+            given = _Sequence(ctypes.cast(c_char_p(data), c_void_p), len(data))
+            return bool(self._copy(ctypes.byref(given), address))
 
-        def to_python(number: int) -> Any:
+        def to_python(address: int) -> Any:
             try:
-                return decode(self._messages[number])
+                return decode(self._messages[address].bytes)
             except NrpError as error:  # the sender has another type of that name
                 report(error)
                 return empty()
 
-        functions = _MessageFunctions(
-            *_dds_name(name), self._encode, self._decode, self._size, self._max_size, None
-        )
+        functions = _MessageFunctions(*_dds_name(name), *self._functions)
         support = _Message(_IDENTIFIER, _address(functions), self._find_message, *self._about(name, digest))
         given = _FromPython(from_python), _ToPython(to_python)
         self._kept += functions, support, given
@@ -245,38 +284,31 @@ class TypeSupport:
         self._kept += (text, *constants)
         # Fast DDS has found no introspection, which it does not need, and has set an error
         after = self._reset_error
-        return [_Getter(self._code.returning(ctypes.addressof(each), after)) for each in constants]
-
-    # -- what C calls; a message is a number
+        return [self._code.returning(ctypes.addressof(each), after) for each in constants]
 
     def _new(self) -> int:
-        number = next(self._numbers)
-        self._messages[number] = b""
-        return number
+        made = _Sequence()
+        address = ctypes.addressof(made)
+        self._messages[address] = made
+        return address
 
-    def _forget(self, number: int) -> None:
-        self._messages.pop(number, None)
-
-    def _write_message(self, number: int, cdr: int) -> bool:
-        data = self._messages[number][_HEAD:]
-        self._write(cdr, data, len(data))
-        return True
-
-    def _read_message(self, cdr: int, number: int) -> bool:
-        buffer = _word(cdr + self._buffer_at)
-        size = _word(buffer + self._size_at)
-        self._messages[number] = ctypes.string_at(_word(buffer + self._data_at), size)
-        return True
+    def _forget(self, address: int) -> None:
+        if address in self._messages:
+            self._end(address)
+            del self._messages[address]
 
 
 def _word(address: int) -> int:
     return c_size_t.from_address(address).value
 
 
-def _cdr_layout(cdr: Any) -> tuple[int, int, int]:
-    """Return where a decoder of Fast CDR has its buffer, and the buffer its data and their size.
+def _cdr_layout(cdr: Any) -> tuple[int, int]:
+    """Return where a decoder of Fast CDR has its buffer, and the buffer its data, which their size follows.
 
     It is read from a decoder of a known buffer, so it does not depend on the version of the library.
+
+    Raises:
+        StopIteration: the size is elsewhere.
     """
     size, words = 4242, 256
     data, buffer, decoder = (ctypes.create_string_buffer(each) for each in (size, 8 * words, 8 * words))
@@ -291,7 +323,10 @@ def _cdr_layout(cdr: Any) -> tuple[int, int, int]:
     def find(value: int, place: int) -> int:
         return next(offset for offset in range(0, 8 * words, 8) if _word(place + offset) == value)
 
-    return find(places[1], places[2]), find(places[0], places[1]), find(size, places[1])
+    data_at = find(places[0], places[1])
+    if find(size, places[1]) != data_at + 8:
+        raise StopIteration("the size of a buffer does not follow its data")
+    return find(places[1], places[2]), data_at
 
 
 def report(error: Exception) -> None:
