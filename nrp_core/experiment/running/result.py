@@ -286,6 +286,10 @@ class Result(Overview):
         """Write a video of the run, if it was recorded; see :meth:`.Recording.video`."""
         return self.recording.video(**options)
 
+    def to_xarray(self) -> Any:
+        """Return all numbers of the run, if it was recorded; see :meth:`.Recording.to_xarray`."""
+        return self.recording.to_xarray()
+
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain data for JSON."""
         return asdict(replace(self, problems=[])) | {"problems": [each.to_dict() for each in self.problems]}

@@ -21,7 +21,14 @@ from nrp_core.paths import path_of
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, STEPS, Role, device_group
 from nrp_core.recording.reading.integrity import IntegrityCheck, check_folder_of, check_messages
 from nrp_core.recording.reading.mcap_messages import McapMessages, RecordedTopic, is_mcap
-from nrp_core.recording.reading.tables import events_of, frame_of, joined_frames, segment_of
+from nrp_core.recording.reading.tables import (
+    dataset_of,
+    events_of,
+    frame_of,
+    joined_frames,
+    library,
+    segment_of,
+)
 from nrp_core.recording.sealing import read_sealed
 
 MCAP_SUFFIX = ".mcap"
@@ -179,6 +186,25 @@ class RecordingReader(Overview):
             other = "spikes()" if found.role == Role.SPIKES else f"messages({{'{topic}'}})"
             raise ExperimentError(f"{topic} cannot be a table; use {other}", path=self.file)
         return frame_of(found, ((one.t_ns, one.message) for one in self.messages({topic})))
+
+    def to_xarray(self) -> Any:
+        """Return the numbers of all topics that are tables as an xarray Dataset, with units.
+
+        The variable ``husky/cmd_vel.linear.x`` has the field ``linear.x`` of ``/husky/cmd_vel`` over the
+        simulated time in s; its unit is in ``attrs["units"]``. Topics with other times have other
+        coordinates. Texts are left out.
+
+        Raises:
+            CapabilityError: xarray is not installed.
+        """
+        library("xarray")
+        chosen = {name: topic for name, topic in self.topics.items() if topic.role not in _NOT_TABLES}
+        rows: dict[str, list[tuple[int, Any]]] = {name: [] for name in chosen}
+        for one in self.messages(chosen):
+            rows[one.topic].append((one.t_ns, one.message))
+        frames = {name: frame_of(topic, rows[name]) for name, topic in chosen.items()}
+        about = {key: self.run[key] for key in ("experiment", "seed") if self.run.get(key) is not None}
+        return dataset_of(frames, about)
 
     def spikes(self) -> Any:
         """Return all spikes as a Neo Segment with a SpikeTrain for each neuron, in ms since the start.

@@ -1,4 +1,4 @@
-"""Recorded data as objects of pandas and Neo."""
+"""Recorded data as objects of pandas, xarray and Neo."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import dataclasses
 import importlib
 import mmap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import product
+from itertools import count, product
 from math import prod
 from typing import Any
 
@@ -220,6 +220,41 @@ def frame_of(topic: RecordedTopic, messages: Iterable[tuple[int, Any]]) -> Any:
     table = pandas.DataFrame(rows, index=pandas.Index(times_s, dtype=float, name=TIME), columns=list(units))
     table.attrs = {"topic": topic.name, "type": topic.type_name, "units": units}
     return table
+
+
+def _axis_name(number: int) -> str:
+    return f"{TIME}_{number + 1}" if number else TIME
+
+
+def dataset_of(frames: Mapping[str, Any], about: Mapping[str, Any]) -> Any:
+    """Return the numbers of tables as an xarray Dataset, a variable for each column.
+
+    Tables with the same times share a coordinate: ``time_s``, ``time_s_2`` and so on, in s.
+
+    Args:
+        frames: the table of each topic, by its name.
+        about: the attributes of the dataset.
+
+    Raises:
+        CapabilityError: xarray is not installed.
+    """
+    xarray = library("xarray")
+    times: list[FloatArray] = []
+    columns: dict[str, Any] = {}
+    for topic, frame in frames.items():
+        numeric = frame.select_dtypes(["number", "bool"])
+        own = frame.index.to_numpy()
+        number = next((n for n, other in enumerate(times) if np.array_equal(own, other)), len(times))
+        if number == len(times):
+            times.append(own)
+        dimension = _axis_name(number)
+        for name in numeric.columns:
+            unit = {"units": frame.attrs["units"][name]}
+            columns[f"{topic.lstrip('/')}.{name}"] = (dimension, numeric[name].to_numpy(), unit)
+    axes = {
+        name: (name, own, {"units": "s"}) for name, own in zip(map(_axis_name, count()), times, strict=False)
+    }
+    return xarray.Dataset(columns, axes, dict(about))
 
 
 def joined_frames(topic: str, frames: Mapping[str, Any]) -> Any:

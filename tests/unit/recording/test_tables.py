@@ -57,6 +57,21 @@ def test_models_and_devices_have_their_names_and_units(recording: Recording) -> 
     assert recording.frame("/brain/devices/steer/left/voltage").attrs["units"] == {"data": "mV"}
 
 
+def test_all_numbers_are_a_dataset_with_units_over_the_times_of_their_topics(recording: Recording) -> None:
+    data = recording.to_xarray()
+    speed = data["husky/cmd_vel.linear.x"]
+    frame = recording.frame("/husky/cmd_vel")
+    np.testing.assert_array_equal(speed, frame["linear.x"])
+    np.testing.assert_array_equal(speed[speed.dims[0]], frame.index)
+    assert speed.attrs["units"] == "m/s"
+    assert data[speed.dims[0]].attrs["units"] == "s"
+    assert data["brain/devices/steer/left/voltage.data"].attrs["units"] == "mV"
+    assert data.attrs["experiment"] == "driving"
+    models = recording.frame("/gazebo/model_states")
+    x_m = data["gazebo/model_states.pose.husky.position.x"]
+    np.testing.assert_array_equal(x_m, models["pose.husky.position.x"])
+
+
 def test_items_of_arrays_have_the_names_that_the_message_gives_them() -> None:
     joints = JointState(name=["hip", "knee"], position=np.array([0.5, -1.0]))
     assert {one.path: one.value for one in values_in(joints)} == {"position.hip": 0.5, "position.knee": -1.0}
@@ -142,6 +157,7 @@ def test_events_of_a_run_that_was_killed_are_refused(recording: Recording, golde
         ("pandas", lambda recording: recording.frame("/husky/cmd_vel")),
         ("neo", lambda recording: recording.spikes()),
         ("pandas", lambda recording: recording.events()),
+        ("xarray", lambda recording: recording.to_xarray()),
     ],
 )
 def test_a_missing_package_is_named_with_the_command_that_installs_it(
