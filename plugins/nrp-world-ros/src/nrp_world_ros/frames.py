@@ -2,7 +2,8 @@
 
 Below the frame ``world`` is the base of each robot; if it has odometry, ``odom`` is between them. The links
 of a robot are below its base, and the frames of its sensors below their links. What never moves in its parent
-is on ``/tf_static``: the frames of sensors, and the links with sensors of models that never move.
+is on ``/tf_static``: the frames of sensors, and the links with sensors of models that never move. Below a
+bare ``odom`` is ``world``, because a frame has one parent and Nav2 publishes ``map`` as that of ``odom``.
 """
 
 from __future__ import annotations
@@ -61,7 +62,8 @@ class Frames:
         parent, origin = WORLD, Pose()
         if any(getattr(drive, "odometry_topic", None) for drive in model.drives):
             parent, origin = f"{model.name}/odom", model.pose
-            yield WORLD, parent, origin
+            is_root = self._bare(parent) != parent
+            yield (parent, WORLD, origin.inverse()) if is_root else (WORLD, parent, origin)
         first = model.links[0].name
         base = f"{model.name}/{first}"
         yield parent, base, origin.inverse() @ places[first]
