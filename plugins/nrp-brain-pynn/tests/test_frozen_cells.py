@@ -7,10 +7,11 @@ import pytest
 from nrp_brain_event import EventBackend
 from nrp_core import Network, Population, Projection
 from nrp_core.brain import SpikeRecorder
+from nrp_experiments.fly.twin import twin
 
 from nrp_brain_pynn.loading import quietly
 
-N, N_DRIVEN, N_SYNAPSES = 4000, 200, 240_000
+N, N_SYNAPSES = 4000, 240_000
 DURATION_MS, DELAY_MS, STEP_MS = 1000.0, 1.8, 0.1
 UNIT_MV = 0.275
 KICK_MV = 20_000.0
@@ -36,24 +37,30 @@ def graph(rng):
     return pre, post, weight.astype(np.float32).astype(float)  # the precision of the grid's tables
 
 
-def kicks(rng):
+def fly():
+    """Return the same of the synthetic brain of the fly; its first cells taste sugar."""
+    parts = [(one.pre_index, one.post_index, one.weight) for one in twin(N, 783).projections]
+    return tuple(map(np.concatenate, zip(*parts, strict=True)))
+
+
+def kicks(rng, n_driven, rate_hz):
     """Return steps and cells of the input, sorted."""
-    steps = [np.sort(rng.choice(9900, rng.poisson(100), replace=False)) + 1 for _ in range(N_DRIVEN)]
-    cells = np.repeat(np.arange(N_DRIVEN), [len(own) for own in steps])
+    steps = [np.sort(rng.choice(9900, rng.poisson(rate_hz), replace=False)) + 1 for _ in range(n_driven)]
+    cells = np.repeat(np.arange(n_driven), [len(own) for own in steps])
     return np.concatenate(steps), cells
 
 
 def network(pre, post, weight, steps, cells):
-    refractory = np.full(N, LIF["tau_refrac"])
-    refractory[:N_DRIVEN] = 0.0  # as published
+    n_driven, refractory = cells.max() + 1, np.full(N, LIF["tau_refrac"])
+    refractory[:n_driven] = 0.0  # as published
     full = {name: np.full(N, value) for name, value in LIF.items()} | {"tau_refrac": refractory}
-    trains = tuple(steps[cells == cell] * STEP_MS for cell in range(N_DRIVEN))
+    trains = tuple(steps[cells == cell] * STEP_MS for cell in range(n_driven))
     populations = {
         "brain": Population("brain", N, "IF_curr_exp_frozen", full, {"v": full["v_rest"]}),
-        "kicks": Population("kicks", N_DRIVEN, "SpikeSourceArray", {}, spike_times_ms=trains),
+        "kicks": Population("kicks", n_driven, "SpikeSourceArray", {}, spike_times_ms=trains),
     }
-    own = np.arange(N_DRIVEN)
-    kick, at_once = np.full(N_DRIVEN, KICK_MV), np.full(N_DRIVEN, STEP_MS)
+    own = np.arange(n_driven)
+    kick, at_once = np.full(n_driven, KICK_MV), np.full(n_driven, STEP_MS)
     projections = [Projection("kick", "kicks", "brain", "excitatory", own, own, kick, at_once)]
     for receptor, mine in (("excitatory", weight > 0), ("inhibitory", weight < 0)):
         delay = np.full(mine.sum(), DELAY_MS)
@@ -69,6 +76,7 @@ def spikes_of_brian2(pre, post, weight, steps, cells):
 
     b2.prefs.codegen.target = "numpy"  # nothing to compile
     b2.defaultclock.dt = STEP_MS * b2.ms
+    n_driven = cells.max() + 1
     names = {
         "v_0": -52 * b2.mV,
         "v_rst": -52 * b2.mV,
@@ -82,13 +90,13 @@ def spikes_of_brian2(pre, post, weight, steps, cells):
     )  # fmt: skip
     neurons.v = -52 * b2.mV
     neurons.rfc = LIF["tau_refrac"] * b2.ms
-    neurons.rfc[:N_DRIVEN] = 0 * b2.ms
+    neurons.rfc[:n_driven] = 0 * b2.ms
     synapses = b2.Synapses(neurons, neurons, "w : volt", on_pre="g += w", delay=DELAY_MS * b2.ms)
     synapses.connect(i=pre, j=post)
     synapses.w = weight * b2.mV
-    source = b2.SpikeGeneratorGroup(N_DRIVEN, cells, steps * STEP_MS * b2.ms)
+    source = b2.SpikeGeneratorGroup(n_driven, cells, steps * STEP_MS * b2.ms)
     kick = b2.Synapses(source, neurons, on_pre="g += 20000*mV")
-    kick.connect(i=np.arange(N_DRIVEN), j=np.arange(N_DRIVEN))
+    kick.connect(i=np.arange(n_driven), j=np.arange(n_driven))
     monitor = b2.SpikeMonitor(neurons)
     b2.Network(neurons, synapses, source, kick, monitor).run(DURATION_MS * b2.ms)
     return np.rint(monitor.t / b2.ms / STEP_MS).astype(int), np.asarray(monitor.i)
@@ -115,19 +123,24 @@ def on_grid(made, **options):
 
 
 @pytest.mark.simulator("brian2")
-def test_spikes_of_the_whole_brain_model_are_those_of_brian2():
+@pytest.mark.parametrize(
+    ("wiring", "n_driven", "rate_hz", "least", "others"),
+    [("random", 200, 100, 24_000, 4000), ("fly", 40, 150, 17_000, 11_000)],
+)
+def test_spikes_of_the_whole_brain_model_are_those_of_brian2(wiring, n_driven, rate_hz, least, others):
     rng = np.random.default_rng(783)
-    synapses, given = graph(rng), kicks(rng)
+    synapses = graph(rng) if wiring == "random" else fly()
+    given = kicks(rng, n_driven, rate_hz)
     with quietly():
         expected = ordered(*spikes_of_brian2(*synapses, *given))
-    assert expected.shape[1] > 24_000
-    assert (expected[1] >= N_DRIVEN).sum() > 4_000
+    assert expected.shape[1] > least
+    assert (expected[1] >= n_driven).sum() > others
     made = network(*synapses, *given)
     np.testing.assert_array_equal(on_grid(made), expected)
     _, exact = spikes_of_event(made)  # kicks in the step of a spike are lost on the grid only
     assert len(exact) == pytest.approx(expected.shape[1], rel=0.05)
     assert len(exact) > expected.shape[1]
     brain = made.populations["brain"]
-    late = dict(brain.parameters) | {"tau_refrac": np.where(np.arange(N) < N_DRIVEN, 0.0, 2.3)}
+    late = dict(brain.parameters) | {"tau_refrac": np.where(np.arange(N) < n_driven, 0.0, 2.3)}
     changed = {**made.populations, "brain": replace(brain, parameters=late)}
     assert on_grid(replace(made, populations=changed)).shape != expected.shape
