@@ -42,11 +42,13 @@ class Series:
     units: dict[str, str] = field(default_factory=dict)
     _times_s: list[float] = field(default_factory=list)
     _values: list[Any] = field(default_factory=list)
+    _arrays: tuple[FloatArray, FloatArray] | None = None
 
     def add(self, t_s: float, values: Any) -> None:
         """Add the numbers of one message."""
         self._times_s.append(t_s)
         self._values.append(values)
+        self._arrays = None
 
     def add_named(self, t_s: float, values: Mapping[str, Value]) -> None:
         """Add the numbers of one message by their paths; new ones become further columns."""
@@ -57,18 +59,28 @@ class Series:
 
     @property
     def times_s(self) -> FloatArray:
-        """Times, s, shape ``(n,)``."""
-        return np.array(self._times_s)
+        """Times, s, shape ``(n,)``; not to be written."""
+        return self._read()[0]
 
     @property
     def values(self) -> FloatArray:
-        """Values, shape ``(n, columns)``; NaN where a message has no such number."""
-        table = np.full((len(self._values), len(self.columns)), np.nan)
-        for row, one in zip(table, self._values, strict=True):
-            row[: None if self.role == Role.SOURCE else len(one)] = (
-                one  # one value can be that of all neurons
-            )
-        return table
+        """Values, shape ``(n, columns)``, not to be written; NaN where a message has no such number."""
+        return self._read()[1]
+
+    def _read(self) -> tuple[FloatArray, FloatArray]:
+        if self._arrays is None:
+            n, width = len(self._values), len(self.columns)
+            if all(len(one) == width for one in self._values):
+                table = np.array(self._values, float).reshape(n, width)
+            else:
+                table = np.full((n, width), np.nan)
+                for row, one in zip(table, self._values, strict=True):
+                    # one value can be that of all neurons
+                    row[: None if self.role == Role.SOURCE else len(one)] = one
+            self._arrays = np.array(self._times_s), table
+            for array in self._arrays:
+                array.flags.writeable = False
+        return self._arrays
 
     @property
     def unit(self) -> str:
