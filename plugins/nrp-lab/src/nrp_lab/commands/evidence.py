@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import redirect_stdout
 from dataclasses import dataclass
+from io import StringIO
 from os.path import relpath
 from pathlib import Path
+from typing import Any
 
 import typer
 
@@ -13,9 +16,15 @@ from nrp_core.cli.options import usage_errors
 from nrp_core.cli.output import document
 from nrp_core.cli.progress import display
 from nrp_core.experiment import keyed_range
+from nrp_core.recording import RUN_NAME
+from nrp_core.registry import Registry
 from nrp_core.utilities import cores, replace_file
-from nrp_lab.comparison.evidence import Doing, evidence_grid, gather
+from nrp_lab.comparison.evidence import Doing, Evidence, evidence_grid, gather
+from nrp_lab.comparison.grid import ORIGINAL, GridCell
 from nrp_lab.comparison.metric import Margins, all_metrics
+
+PLAYER_MB = 5.0
+"""Size of the page that plays a run."""
 
 
 @dataclass(frozen=True)
@@ -65,10 +74,13 @@ def write_evidence(request: Request, page: Path, *, as_json: bool) -> bool:
             lambda done, total, last: shown.count("runs", done, total, last), metrics, request.margins,
         )  # fmt: skip
         shown.begin_task("drawing the page")
+        players = _write_players(found, lambda done, total: shown.count("players", done, total, ""))
         folder = page.absolute().parent
-        html = report_page.evidence_page(
-            found, lambda cell: Path(relpath(found.folder(cell), folder)).as_posix()
-        )
+
+        def link(cell: GridCell) -> str:
+            return Path(relpath(players.get(cell, found.folder(cell)), folder)).as_posix()
+
+        html = report_page.evidence_page(found, link, players)
     replace_file(page, html)
     if as_json:
         document(report.evidence_data(found) | {"page": page})
@@ -76,3 +88,20 @@ def write_evidence(request: Request, page: Path, *, as_json: bool) -> bool:
         report.print_evidence(found, Console(highlight=False))
         typer.echo(f"written to {page}")
     return found.doing is not Doing.OPEN
+
+
+def _write_players(found: Evidence, on_progress: Callable[[int, int], None]) -> dict[GridCell, Path]:
+    """Write pages that play the first run of each control, if ``nrp share`` is installed."""
+    commands: Registry[Any] = Registry("nrp_core.commands", "command")
+    if "share" not in commands.names():
+        return {}
+    share, players = commands.load("share"), {}
+    firsts = [next(iter(found.runs(name))) for name in (ORIGINAL, *found.controls)]
+    for done, cell in enumerate(firsts, 1):
+        folder = found.folder(cell)
+        players[cell] = page = folder.with_name(f"{folder.name}.html")
+        if not page.exists() or page.stat().st_mtime < (folder / RUN_NAME).stat().st_mtime:
+            with redirect_stdout(StringIO()):
+                share(folder, output=page, max_size=PLAYER_MB, overwrite=True)
+        on_progress(done, len(firsts))
+    return players

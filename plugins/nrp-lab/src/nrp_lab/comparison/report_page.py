@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from itertools import combinations
 from typing import Any
 
@@ -225,7 +225,7 @@ def trajectories(diff: GridDiff) -> Figure | None:
     grid, conditions = diff.grid, diff.grid.conditions
     columns = min(len(conditions), 4)
     rows = -(-len(conditions) // columns)
-    figure = Figure(figsize=(_WIDE, 3.6 * rows), layout="constrained")
+    figure = Figure(figsize=(_WIDE, 3.6 * rows), layout="compressed")
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     drawn = False
     for axes, condition in zip(panels.flat, conditions, strict=False):
@@ -374,12 +374,13 @@ def grid_page(diff: GridDiff) -> str:
     return _render("grid.html.j2", diff=diff, figures=list(grid_figures(diff)), words=report, steps=timesteps)
 
 
-def evidence_page(found: Evidence, link: Callable[[GridCell], str]) -> str:
+def evidence_page(found: Evidence, link: Callable[[GridCell], str], played: Collection[GridCell]) -> str:
     """Return the page of an experiment and its controls.
 
     Args:
         found: the comparison.
-        link: the address of the recording of a run.
+        link: the address of the recording of a run, or of a page that plays it.
+        played: the runs with such a page.
     """
     means = [
         f"{judged.metric.title.lower()}, {part.name}: mean "
@@ -392,7 +393,7 @@ def evidence_page(found: Evidence, link: Callable[[GridCell], str]) -> str:
     description = str(next(iter(found.diff.runs.values())).settings.get("description") or "")
     return _render(
         "evidence.html.j2", found=found, figures=list(grid_figures(found.diff)), words=report, about=about,
-        link=link, means=means, verdicts=report.VERDICTS, note=description,
+        link=link, played=played, means=means, verdicts=report.VERDICTS, note=description,
     )  # fmt: skip
 
 
