@@ -56,6 +56,28 @@ def test_flywires_proofread_connections_have_the_sign_of_the_most_probable_trans
     assert made.unknown == {"without a type": 1}
 
 
+def test_malecns_has_types_and_transmitters_in_two_tables(tmp_path: Path) -> None:
+    tables = {
+        "connectome-weights": {"body_pre": [11, 12, 13, 14], "body_post": [10] * 4, "weight": [3, 4, 5, 6]},
+        "body-annotations": {
+            "bodyId": [10, 11, 12, 13, 14], "type": ["MN9", "A", "B", "C", None],
+            "superclass": ["vnc_motor", *["cb_intrinsic"] * 4], "somaSide": ["L", "R", "L", "L", None],
+        },
+        "body-neurotransmitters": {
+            "body": [13, 12, 11, 10], "consensus_nt": ["unclear", "acetylcholine", "gaba", "acetylcholine"],
+        },
+    }  # fmt: skip
+    weights, *neurons = (tmp_path / f"{name}.feather" for name in tables)
+    for name, columns in tables.items():
+        feather.write_feather(pa.table(columns), str(tmp_path / f"{name}.feather"))
+    made = read_connectome(weights, neurons, unit_mv=1.0, unknown="exclude")
+    found = [(one.pre_index.tolist(), one.weight.tolist()) for one in made.network.projections]
+    assert found == [([2], [4.0]), ([1], [-3.0])]
+    assert made.network.views["MN9_left"].tolist() == [0]
+    assert made.unknown == {"C": 1, "cb_intrinsic": 1}
+    assert list(made.sources) == list(map(str, (weights, *neurons)))
+
+
 def test_hemibrains_connections_have_the_signs_of_a_table_of_neurons(tmp_path: Path) -> None:
     edges = write(
         tmp_path / "traced-total-connections.csv",

@@ -20,8 +20,14 @@ def import_connectome(
         ),
     ],
     neurons: Annotated[
-        Path | None,
-        typer.Option("--neurons", "-n", metavar="TABLE", help="A table of neurons: ids, types, sides, ..."),
+        list[Path] | None,
+        typer.Option(
+            "--neurons",
+            "-n",
+            metavar="TABLE",
+            help="A table of neurons: ids, types, sides, ...; repeatable: the first has all neurons, the "
+            "others add what it lacks, such as transmitters.",
+        ),
     ] = None,
     junctions: Annotated[
         Path | None, typer.Option(metavar="TABLE", help="A table or matrix of gap junctions.")
@@ -66,8 +72,8 @@ def import_connectome(
         )
     require_writable(target, "--output", overwrite=overwrite)
     made = read_connectome(
-        edges, neurons, junctions=junctions, groups=tuple(group or ()), unit_mv=unit_mv, delay_ms=delay_ms,
-        junction_ns=junction_ns, unknown=unknown,
+        edges, neurons or (), junctions=junctions, groups=tuple(group or ()), unit_mv=unit_mv,
+        delay_ms=delay_ms, junction_ns=junction_ns, unknown=unknown,
     )  # fmt: skip
     save_network(made.network, target, overwrite=overwrite)
     sizes = {projection.label: projection.size for projection in made.network.projections}

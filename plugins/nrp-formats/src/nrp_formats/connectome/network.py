@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
+from functools import reduce
 from math import inf
 from pathlib import Path
 from typing import Final
@@ -62,15 +63,16 @@ class Connectome:
 
 
 def read_connectome(
-    edges: Path, neurons: Path | None = None, *, junctions: Path | None = None, groups: tuple[str, ...] = (),
-    unit_mv: float = 0.275, delay_ms: float = 1.8, junction_ns: float = 0.1,
+    edges: Path, neurons: Path | Sequence[Path] = (), *, junctions: Path | None = None,
+    groups: tuple[str, ...] = (), unit_mv: float = 0.275, delay_ms: float = 1.8, junction_ns: float = 0.1,
     unknown: str | Path | None = None,
 ) -> Connectome:  # fmt: skip
     """Read a connectome.
 
     Args:
         edges: the table of edges.
-        neurons: the table of neurons; without one, the neurons are those with edges, by id.
+        neurons: the table of neurons, or several: the first has all neurons, and each other one adds what is
+            not known of them; without a table, the neurons are those with edges, by id.
         junctions: a table of gap junctions, if they are not in the table of edges.
         groups: patterns such as ``MN9*`` of the groups to name; by default all.
         unit_mv: weight of one synapse, above 0.
@@ -95,7 +97,8 @@ def read_connectome(
         for part in read_edges(junctions, signs) if junctions else ():
             yield replace(part, is_electrical=np.ones(len(part.pre), bool), transmitters=Counter())
 
-    known = read_neurons(neurons) if neurons else _neurons_of(chunks())
+    tables = [neurons] if isinstance(neurons, Path) else [*neurons]
+    known = reduce(Neurons.completed, map(read_neurons, tables)) if tables else _neurons_of(chunks())
     wiring = Wiring(len(known.ids))
     wiring.read(chunks(), known.ids)
     if not wiring.rows:
@@ -111,10 +114,10 @@ def read_connectome(
     network = Network(
         {LABEL: _population(known)},
         (*wiring.projections(LABEL, unit_mv, delay_ms), *wiring.junctions(LABEL, 1e-3 * junction_ns)),
-        _groups(known, groups, neurons or edges),
+        _groups(known, groups, (*tables, edges)[0]),
         remarks=known.remarks,
     )
-    sources = _sources(edges, neurons, junctions)
+    sources = _sources(edges, *tables, junctions)
     return Connectome(network, sources, wiring.left_out, undecided, wiring.empty, wiring.self_junctions)
 
 

@@ -60,6 +60,21 @@ class Neurons:
     positions: FloatArray | None = None
     remarks: tuple[str, ...] = ()
 
+    def completed(self, other: Neurons) -> Neurons:
+        """Return the same neurons with what another table says of them and this one does not."""
+        row_of = {ident: row for row, ident in enumerate(other.ids.tolist())}
+        rows = [row_of.get(ident, -1) for ident in self.ids.tolist()]
+        texts = dict(self.texts)
+        for what, theirs in other.texts.items():
+            ours = texts.get(what, [""] * len(rows))
+            texts[what] = [
+                own or (theirs[row] if row >= 0 else "") for own, row in zip(ours, rows, strict=True)
+            ]
+        positions = self.positions
+        if positions is None and other.positions is not None:
+            positions = np.where(np.array(rows)[:, None] >= 0, other.positions[rows], 0.0)
+        return Neurons(self.ids, texts, positions, (*self.remarks, *other.remarks))
+
     def signs(self, signs: Signs) -> IntArray:
         """Return 1 or -1 by the transmitter of each neuron; 0 where it is unknown."""
         known = self.texts.get("transmitter")
