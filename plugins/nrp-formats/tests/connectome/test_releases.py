@@ -1,6 +1,7 @@
 """Connectomes as they are released: counts and signs of each, and what is said of cells without a sign."""
 
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -76,6 +77,21 @@ def test_malecns_has_types_and_transmitters_in_two_tables(tmp_path: Path) -> Non
     assert made.network.views["MN9_left"].tolist() == [0]
     assert made.unknown == {"C": 1, "cb_intrinsic": 1}
     assert list(made.sources) == list(map(str, (weights, *neurons)))
+
+
+@pytest.mark.parametrize("names", ["AVAL AVAR AVBL AVBR", "a b c d"])
+def test_glutamate_of_worms_is_not_silently_that_of_flies(tmp_path: Path, names: str) -> None:
+    first, *others = names.split()
+    edges = write(tmp_path / "edges.csv", "pre,post,weight", *(f"{one},{first},1" for one in others))
+    kinds = ("Glutamate", "acetylcholine", "gaba", "glutamate")
+    cells = map(",".join, zip((first, *others), kinds, strict=True))
+    neurons = write(tmp_path / "neurons.csv", "name,transmitter", *cells)
+    remarks = read_connectome(edges, neurons).network.remarks
+    assert [re.findall(r"\d+ glut|glutamate", one) for one in remarks] == (
+        [["2 glut", "glutamate"]] if first == "AVAL" else []
+    )
+    rule = write(tmp_path / "rule.csv", "type,sign", "glutamate,excitatory")
+    assert not read_connectome(edges, neurons, unknown=rule).network.remarks
 
 
 def test_hemibrains_connections_have_the_signs_of_a_table_of_neurons(tmp_path: Path) -> None:

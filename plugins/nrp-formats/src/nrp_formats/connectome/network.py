@@ -28,6 +28,8 @@ LABEL: Final = "brain"
 CELL: Final = "IF_curr_exp_frozen"
 _PUBLISHED: Final = {"v_rest": -52.0, "v_reset": -52.0, "v_thresh": -45.0, "tau_refrac": 2.2, "cm": 0.02}
 """Shiu et al. (2024); the capacitance, which they do not need, makes 1 pA lead to 1 mV."""
+_OF_WORMS: Final = {"AVAL", "AVAR", "AVBL", "AVBR"}
+"""Command neurons of *C. elegans*, by which its tables are recognised."""
 _KNOWN: Final = {
     "efeb23fb99098e9c390f6869969b2a121a2ee92c833cfc45ecb2c1d8e1af0347": "FlyWire v783, Shiu et al. (2024)",
     "cd6707feebb17fc3cf47bc929eac08108ccfc8d154063ac816289d4c10eb1518": "C. elegans, Cook et al. (2019)",
@@ -115,10 +117,23 @@ def read_connectome(
         {LABEL: _population(known)},
         (*wiring.projections(LABEL, unit_mv, delay_ms), *wiring.junctions(LABEL, 1e-3 * junction_ns)),
         _groups(known, groups, (*tables, edges)[0]),
-        remarks=known.remarks,
+        remarks=(*known.remarks, *_about_glutamate(known, signs)),
     )
     sources = _sources(edges, *tables, junctions)
     return Connectome(network, sources, wiring.left_out, undecided, wiring.empty, wiring.self_junctions)
+
+
+def _about_glutamate(known: Neurons, signs: Signs) -> Iterator[str]:
+    """Yield a remark where the rule for flies gives the signs of a worm."""
+    names, transmitters = (known.texts.get(what, ()) for what in ("name", "transmitter"))
+    count = sum(
+        text.strip().lower().startswith("glu") and signs.of_transmitter(text) < 0 for text in transmitters
+    )
+    if count and set(names) >= _OF_WORMS and "glutamate" not in signs.given:
+        yield (
+            f"{count} glutamatergic neurons inhibit, as in flies; in C. elegans many excite (Fenyves et al. "
+            "2020, PLoS Comput Biol 16:e1007974): a row of 'glutamate' in a table for --unknown changes it"
+        )
 
 
 def _apply_rule(wiring: Wiring, known: Neurons, signs: Signs, path: Path) -> dict[str, int]:
