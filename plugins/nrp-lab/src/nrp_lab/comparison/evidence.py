@@ -6,6 +6,7 @@ variant and the settings that make it; each is judged by the statistics of a com
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -174,6 +175,26 @@ class Evidence:
     def controls(self) -> list[str]:
         """The names of the controls."""
         return [name for name in self.diff.grid.wirings if name != ORIGINAL]
+
+    @property
+    def command(self) -> str:
+        """The command that makes the same runs."""
+        grid = self.diff.grid
+        controls = [name for name in self.controls if name != DECODER and name not in grid.others]
+        named = [name for name in controls if not name.startswith(MATCHED)]
+        parts = ["nrp", "diff", grid.experiment, "--evidence", "--seeds", str(len(grid.seeds))]
+        parts += ["--controls", ", ".join(named)] if named else []
+        values: dict[str, list[str]] = {}
+        for name, changes in grid.others.items():
+            values.setdefault(name.partition(":")[0], []).append(changes[0].partition("=")[2])
+        for animal in values.pop("animal", ()):
+            parts += ["--animal", animal]
+        for kind, several in values.items():
+            parts += [f"--{kind}s", ", ".join(several)]
+        for key, drawn in grid.varied.items():
+            parts += ["--vary", f"{key}={drawn}"]
+        parts += [part for text in grid.overrides for part in ("-s", text)]
+        return shlex.join(parts)
 
     @property
     def explained(self) -> dict[str, float]:

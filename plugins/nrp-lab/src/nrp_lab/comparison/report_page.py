@@ -20,7 +20,7 @@ from nrp_core.recording.figures.style import BAD, FAINT, GOOD, INK, colour, styl
 from nrp_lab.comparison import report, timesteps
 from nrp_lab.comparison.divergence import common_signals
 from nrp_lab.comparison.evidence import Evidence, about
-from nrp_lab.comparison.grid import ORIGINAL, Condition, GridCell, RunGrid
+from nrp_lab.comparison.grid import Condition, GridCell, RunGrid
 from nrp_lab.comparison.judgement import Answer, Contrast, Factor, JudgedPart, Judgement, Relation
 from nrp_lab.comparison.old_records import RecordsDiff
 from nrp_lab.comparison.result import GridDiff, PairDiff
@@ -35,6 +35,7 @@ _MAX_ROWS = 60
 _LONGEST = 38
 _COLOURS = {Relation.EQUIVALENT: GOOD, Relation.OPEN: "#b9770e", Relation.DIFFERENT: BAD}
 _SHAPES = {Factor.BRAIN: "o", Factor.WORLD: "s", Factor.WIRING: "D", Factor.TIMESTEP: "v"}
+_STILL_M = 1e-6
 _BEYOND = 30.0
 """Effects are drawn up to this many margins, on a scale that is linear up to 2."""
 
@@ -241,12 +242,16 @@ def trajectories(diff: GridDiff) -> Figure | None:
     return figure if drawn else None
 
 
+def _moves(run: RunSignals, robot: str) -> bool:
+    return bool(np.ptp(run.motion(robot).values[:, :2], axis=0).max() > _STILL_M)
+
+
 def _draw_ways(axes: Axes, run: RunSignals, number: int) -> bool:
     for robot in run.robots:
         x, y = run.motion(robot).values[:, :2].T
         axes.plot(x, y, color=colour(number), linewidth=0.7, alpha=0.55)
         axes.plot(x[-1:], y[-1:], "o", color=INK, markersize=2.2, zorder=3)
-    return bool(run.robots)
+    return any(_moves(run, robot) for robot in run.robots)
 
 
 # -- divergence over time
@@ -255,7 +260,11 @@ def _draw_ways(axes: Axes, run: RunSignals, number: int) -> bool:
 def apart(diff: GridDiff) -> Figure | None:
     """Draw the distance of runs over time: of other seeds, brains, worlds, wirings."""
     grid, runs = diff.grid, diff.runs
-    robots = next(iter(runs.values())).robots
+    robots = [
+        robot
+        for robot in next(iter(runs.values())).robots
+        if any(_moves(run, robot) for run in runs.values())
+    ]
     if not robots or len(diff.runs) < 2:
         return None
     figure = Figure(figsize=(_WIDE, 0.5 + 2.6 * len(robots)), layout="constrained")
@@ -382,18 +391,15 @@ def evidence_page(found: Evidence, link: Callable[[GridCell], str], played: Coll
         link: the address of the recording of a run, or of a page that plays it.
         played: the runs with such a page.
     """
-    means = [
-        f"{judged.metric.title.lower()}, {part.name}: mean "
-        f"{report.number(float(np.mean(cell.values)), judged.metric.unit)}"
-        for judged in found.finding
-        for part in judged.parts
-        for cell in part.cells
-        if cell.wiring == ORIGINAL and cell.values
-    ]
+
+    def mean(judged: Judgement, part: JudgedPart, wiring: str) -> str:
+        values = [value for cell in part.cells if cell.wiring == wiring for value in cell.values]
+        return report.number(float(np.mean(values)), judged.metric.unit) if values else "none"
+
     description = str(next(iter(found.diff.runs.values())).settings.get("description") or "")
     return _render(
         "evidence.html.j2", found=found, figures=list(grid_figures(found.diff)), words=report, about=about,
-        link=link, played=played, means=means, verdicts=report.VERDICTS, note=description,
+        link=link, played=played, mean=mean, verdicts=report.VERDICTS, note=description,
     )  # fmt: skip
 
 
