@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import redirect_stdout
+from contextlib import redirect_stdout, suppress
 from dataclasses import dataclass
 from io import StringIO
 from os.path import relpath
@@ -15,6 +15,7 @@ import typer
 from nrp_core.cli.options import usage_errors
 from nrp_core.cli.output import document
 from nrp_core.cli.progress import display
+from nrp_core.errors import NrpError
 from nrp_core.experiment import keyed_range
 from nrp_core.recording import RUN_NAME
 from nrp_core.registry import Registry
@@ -99,9 +100,10 @@ def _write_players(found: Evidence, on_progress: Callable[[int, int], None]) -> 
     firsts = [next(iter(found.runs(name))) for name in (ORIGINAL, *found.controls)]
     for done, cell in enumerate(firsts, 1):
         folder = found.folder(cell)
-        players[cell] = page = folder.with_name(f"{folder.name}.html")
-        if not page.exists() or page.stat().st_mtime < (folder / RUN_NAME).stat().st_mtime:
-            with redirect_stdout(StringIO()):
+        page = folder.with_name(f"{folder.name}.html")
+        with suppress(NrpError), redirect_stdout(StringIO()):  # of a run that failed at once, say
+            if not page.exists() or page.stat().st_mtime < (folder / RUN_NAME).stat().st_mtime:
                 share(folder, output=page, max_size=PLAYER_MB, overwrite=True)
+            players[cell] = page
         on_progress(done, len(firsts))
     return players
