@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from configurations import Write, functions, python_engine
 from golden import Golden
+from google.protobuf.wrappers_pb2 import StringValue
 from nrp_client import NrpCore
 
 ENGINE = """
@@ -165,3 +166,16 @@ def test_a_client_script_runs_by_the_command(write: Write, tmp_path: Path) -> No
         [sys.executable, "-m", "nrp_client", script], capture_output=True, text=True, check=True
     )
     assert done.stdout.strip() == "(False, True, [])"
+
+
+def test_datapacks_wait_in_the_buffers_that_scripts_read(client: NrpCore) -> None:
+    """One for an unknown engine is dropped by the server, and an address needs a port."""
+    client.initialize()
+    for send in (lambda: client.run_loop(1), client.reset):
+        client.set_json_datapack("action", "one", {"value": 3})
+        client.set_proto_datapack("action", "nobody", StringValue())
+        assert len(client._json_datapack_out_buffer) == len(client._proto_datapack_out_buffer) == 1
+        send()
+        assert not client._json_datapack_out_buffer + client._proto_datapack_out_buffer
+    with pytest.raises(ConnectionError):
+        NrpCore("somewhere")

@@ -42,13 +42,14 @@ class NrpCore:
     """An experiment of NRP-core 4.
 
     Args:
-        address: not used, because nothing listens.
+        address: ``host:port``, not used, because nothing listens.
         experiment_folder: the folder of the experiment.
         config_file: its configuration, in this folder or absolute.
         args, log_output, server_timeout, docker_daemon_address, image_name, get_archives, compose_file: not
             used, because no other process exists.
 
     Raises:
+        ConnectionError: the address has no port.
         FileNotFoundError: the configuration does not exist.
         NrpError: it is not valid.
     """
@@ -58,13 +59,16 @@ class NrpCore:
         args: str = "", log_output: str = "", server_timeout: int = 10, docker_daemon_address: str = "",
         image_name: str = "", get_archives: Any = (), compose_file: str = "",
     ) -> None:  # fmt: skip
+        if not address.rpartition(":")[2].isdecimal():
+            raise ConnectionError(f"an address is 'host:port', not '{address}'")
         path = Path(experiment_folder) / config_file
         if not path.is_file():
             raise FileNotFoundError(f"there is no configuration {path}")
         self._experiment = read_json(path)
         self._run: Run | None = None
         self._state = "Created"
-        self._buffer: list[DataPack] = []
+        self._json_datapack_out_buffer: list[DataPack] = []  # scripts read the lengths of both
+        self._proto_datapack_out_buffer: list[DataPack] = []
 
     # -- life
 
@@ -148,11 +152,11 @@ class NrpCore:
 
     def set_json_datapack(self, name: str, engine: str, data: dict[str, Any]) -> None:
         """Send a datapack with the next :meth:`run_loop` or :meth:`reset`, and in all later iterations."""
-        self._buffer.append(DataPack(name, engine, JsonData(plain(data))))
+        self._json_datapack_out_buffer.append(DataPack(name, engine, JsonData(plain(data))))
 
     def set_proto_datapack(self, name: str, engine: str, message: Any) -> None:
         """Send a datapack with a message; as :meth:`set_json_datapack`."""
-        self._buffer.append(DataPack(name, engine, copied(message)))
+        self._proto_datapack_out_buffer.append(DataPack(name, engine, copied(message)))
 
     # -- helpers
 
@@ -172,9 +176,10 @@ class NrpCore:
             raise ConnectionError(f"{call}() is not possible in the state {self._state}")
 
     def _send(self) -> None:
-        for pack in self._buffer:
-            self._maker.loop.set_datapack(pack)
-        self._buffer.clear()
+        for buffer in (self._json_datapack_out_buffer, self._proto_datapack_out_buffer):
+            for pack in buffer:
+                self._maker.loop.set_datapack(pack)
+            buffer.clear()
 
     def _requested(self) -> list[Any]:
         return [one.value if isinstance(one, JsonData) else one for one in self._maker.loop.requested()]

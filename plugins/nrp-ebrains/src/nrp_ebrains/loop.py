@@ -141,7 +141,10 @@ class Loop:
         return [copied(pack.data) for pack in self._inputs.values() if not pack.isEmpty()]
 
     def set_datapack(self, pack: DataPack) -> None:
-        """Send a datapack of a client with every later iteration; those of functions come before it."""
+        """Send a datapack of a client with every later iteration; those of functions come before it.
+
+        One for an engine that does not exist has no effect, as in NRP-core 4.
+        """
         self._from_client[pack.identity] = pack
 
     def iterate(self, t_ns: int) -> None:
@@ -246,7 +249,7 @@ class Loop:
 
     def _send(self, engines: Sequence[Engine]) -> None:
         pool = {**self._from_client, **self._outputs}
-        for pack in pool.values():
+        for pack in self._outputs.values():
             if pack.engine_name not in self.engines:
                 hint = did_you_mean(pack.engine_name, self.engines)
                 raise ExperimentError(
