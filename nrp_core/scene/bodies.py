@@ -14,6 +14,7 @@ from itertools import chain, count
 from nrp_core.scene.devices import MountedSensor
 from nrp_core.scene.model import (
     ALL_BITS,
+    ANY_CAMERA,
     DEFAULT_RGBA,
     Collision,
     Finish,
@@ -56,6 +57,7 @@ class Appearance:
         finish: its finish, None if it is matt.
         texture: the image that has the colour, if one has it.
         label: its class for segmentation cameras, 0 for none.
+        flags: bits for the masks of cameras.
         tints: whether the colour tints an image in the mesh file instead of replacing it.
     """
 
@@ -65,6 +67,7 @@ class Appearance:
     finish: Finish | None = None
     texture: Texture | None = None
     label: int = 0
+    flags: int = ANY_CAMERA
     tints: bool = False
 
     def of(self, name: str, shape: Shape) -> Visual:
@@ -76,7 +79,8 @@ class Appearance:
             red, green, blue, _ = shape.rgba
             r, g, b = r * red, g * green, b * blue
         rgba = r, g, b, alpha * self.opacity
-        return Visual(name, shape.geometry, shape.pose, rgba, self.glows, self.finish, texture, self.label)
+        look = self.glows, self.finish, texture, self.label, self.flags
+        return Visual(name, shape.geometry, shape.pose, rgba, *look)
 
 
 @dataclass(frozen=True, slots=True)

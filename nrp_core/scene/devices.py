@@ -124,6 +124,7 @@ class View:
         horizontal_fov: horizontal field of view, rad.
         width, height: size, pixels.
         near, far: clip distances in m.
+        mask: bits; visuals are drawn whose flags share one.
     """
 
     pose: Pose
@@ -132,6 +133,7 @@ class View:
     height: int
     near: float
     far: float
+    mask: int = 0xFFFFFFFF
 
 
 @dataclass(frozen=True, slots=True)

@@ -168,6 +168,10 @@ class Texture:
     content: str = ""
 
 
+ANY_CAMERA = 0xFFFFFFFF
+"""The flags of a visual that all cameras draw, and the mask of a camera that draws all visuals."""
+
+
 @dataclass(frozen=True, slots=True)
 class Visual:
     """The visible shape of a link.
@@ -178,6 +182,7 @@ class Visual:
         finish: how it shines; None: it is matt.
         texture: the image on it.
         label: its class for segmentation cameras, 1 to 255; 0: none.
+        flags: bits; cameras draw it whose mask shares one.
     """
 
     name: str
@@ -188,6 +193,9 @@ class Visual:
     finish: Finish | None = None
     texture: Texture | None = field(default=None, metadata=LATER)
     label: int = field(default=0, metadata=LATER)
+    flags: int = field(default=ANY_CAMERA, metadata=LATER)
+
+    __setstate__ = set_fields
 
 
 ALL_BITS = 0xFFFF

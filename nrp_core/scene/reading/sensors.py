@@ -17,7 +17,7 @@ from nrp_core.registry import Registry
 from nrp_core.scene.bodies import free_name
 from nrp_core.scene.consistency import rigid_groups
 from nrp_core.scene.devices import MountedSensor, Noise
-from nrp_core.scene.model import Joint, Link
+from nrp_core.scene.model import ANY_CAMERA, Joint, Link
 from nrp_core.scene.reading.context import Element, Reading
 from nrp_core.scene.reading.plugins import (
     ModelParts,
@@ -54,6 +54,20 @@ def rate_of(sensor: Element, reading: Reading) -> float:
         alike="no rate",
     )
     return DEFAULT_RATE_HZ
+
+
+def bit_mask(element: Element, tag: str, default: int) -> int:
+    """Return the bits in a child, a whole number that may be hexadecimal.
+
+    Raises:
+        SceneError: it is not a whole number.
+    """
+    child = element.find(tag)
+    try:
+        return int(child.text, 0) & ANY_CAMERA if child and child.text else default
+    except ValueError:
+        message = f"<{tag}> must be a whole number, such as 1 or 0x01, not '{element.section(tag).text}'"
+        raise element.section(tag).error(message) from None
 
 
 def field_of_view(lens: Element, default: float, most: float = pi) -> float:

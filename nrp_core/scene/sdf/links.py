@@ -12,7 +12,7 @@ from nrp_core.findings import Code
 from nrp_core.scene.bodies import Shape, Touched, VisualInFile, build_link, free_name
 from nrp_core.scene.inertia import WATER, collision_inertia
 from nrp_core.scene.meshes.convert import Form
-from nrp_core.scene.model import ALL_BITS, Inertial, Link
+from nrp_core.scene.model import ALL_BITS, ANY_CAMERA, Inertial, Link
 from nrp_core.scene.reading.context import Element, Reading
 from nrp_core.scene.reading.geometry import is_empty, is_point, read_geometry
 from nrp_core.scene.reading.plugins import label_of
@@ -23,7 +23,7 @@ from nrp_core.scene.reading.repairs import (
     usable_friction,
     usable_inertial,
 )
-from nrp_core.scene.reading.sensors import Mount, link_sensors
+from nrp_core.scene.reading.sensors import Mount, bit_mask, link_sensors
 from nrp_core.scene.sdf.appearance import read_appearance
 from nrp_core.scene.sdf.frames import Frames
 
@@ -83,19 +83,8 @@ def read_bits(collision: Element, reading: Reading) -> tuple[int, int]:
     if contact.flag("collide_without_contact", False):
         message = "<collide_without_contact> is not simulated: whatever touches the collision is stopped"
         reading.notes.warn(contact, Code.NRP383, message, subject="collide_without_contact")
-    touched = _bits(contact, "collide_bitmask", ALL_BITS)
-    return _bits(contact, "category_bitmask", touched), touched
-
-
-def _bits(contact: Element, tag: str, default: int) -> int:
-    element = contact.find(tag)
-    if element is None or not element.text:
-        return default
-    try:
-        return int(element.text, 0) & _MOST_BITS
-    except ValueError:
-        message = f"<{tag}> must be a whole number, such as 1 or 0x01, not '{element.text}'"
-        raise element.error(message) from None
+    touched = bit_mask(contact, "collide_bitmask", ALL_BITS) & _MOST_BITS
+    return bit_mask(contact, "category_bitmask", touched) & _MOST_BITS, touched
 
 
 _STEP_S = 0.001  # of Gazebo
@@ -123,7 +112,8 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool, 
 
     shown = []
     for unique, visual in _with_unique_names(link, "visual", reading):
-        look = replace(read_appearance(visual, reading), label=label_of(visual))
+        flags = bit_mask(visual, "visibility_flags", ANY_CAMERA)
+        look = replace(read_appearance(visual, reading), label=label_of(visual), flags=flags)
         seen = shapes(visual, "colored") if look.tints or not look.rgba else []
         if look.rgba and not any(shape.texture for shape in seen):
             seen = shapes(visual, "whole")

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from nrp_core.errors import CapabilityError
 from nrp_core.scene.devices import View
 from nrp_core.scene.merged_bodies import Body, body_of
-from nrp_core.scene.model import Box, Geometry, Light, Plane, Rgba, Scene
+from nrp_core.scene.model import ANY_CAMERA, Box, Geometry, Light, Plane, Rgba, Scene
 from nrp_core.scene.rigid import Pose
 
 SKY: Rgba = (178 / 255, 178 / 255, 178 / 255, 1.0)
@@ -32,6 +32,7 @@ class Optics:
         width, height: size of the image, pixels.
         vertical_fov: vertical field of view, rad.
         near, far: clip distances along the line of sight, m.
+        mask: bits; visuals are drawn whose flags share one.
 
     Attributes:
         focal: focal length, in pixels.
@@ -42,6 +43,7 @@ class Optics:
     vertical_fov: float
     near: float
     far: float
+    mask: int = ANY_CAMERA
     focal: float = field(init=False)
 
     def __post_init__(self) -> None:
@@ -58,7 +60,7 @@ class Optics:
         width = max(1, round(view.width * scale))
         height = max(1, round(view.height * scale))
         vertical_fov = 2 * atan(tan(view.horizontal_fov / 2) * height / width)
-        return cls(width, height, vertical_fov, view.near, view.far)
+        return cls(width, height, vertical_fov, view.near, view.far, view.mask)
 
 
 def optics_of(scene: Scene, scale: float) -> Mapping[CameraPath, Optics]:

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core._support.small_matrices import product
 from nrp_core.scene.merged_bodies import WORLD_FRAME, Body, place_in_frame
-from nrp_core.scene.model import Rgba
+from nrp_core.scene.model import ANY_CAMERA, Rgba
 from nrp_core.scene.rigid import BodyPath, ReadFrames, matrix_of
 from nrp_core.world.render.cameras import (
     CameraPath,
@@ -65,6 +65,7 @@ class FaceView:
         near: float,
         far: float,
         nearness: NearnessArray,
+        mask: int = ANY_CAMERA,
     ) -> npt.NDArray[np.int32]:
         """Return the number of the face at each pixel, -1 for none; valid until the next call.
 
@@ -75,12 +76,14 @@ class FaceView:
             near: distance in front of which nothing is seen.
             far: distance beyond which nothing is seen.
             nearness: filled with the reciprocals of the depths; its shape is the image's.
+            mask: of the camera.
         """
         mesh = self._mesh
         if nearness.shape not in self._seen:
             self._seen[nearness.shape] = np.empty(nearness.shape, np.int32)
         seen = self._seen[nearness.shape]
-        scene = (points, self._frames, mesh.faces, self._numbers, mesh.shown[mesh.surfaces], _WORLD_POSES)
+        shown = mesh.shown_to(mask)[mesh.surfaces]
+        scene = (points, self._frames, mesh.faces, self._numbers, shown, _WORLD_POSES)
         draw(*scene, WORLD_FRAME, eye, focal, near, far, _work_points(mesh.vertices), nearness, seen)
         return seen
 
@@ -221,8 +224,9 @@ class RasterCameras(Cameras):
             frames: gets the poses.
         """
         self._read(frames[WORLD_FRAME + 1 :])
-        mesh = self._mesh
-        return RasterSight(mesh, self._optics[path], self._eyes[path], frames, mesh.palette, mesh.shown)
+        mesh, optics = self._mesh, self._optics[path]
+        shown = mesh.shown_to(optics.mask)
+        return RasterSight(mesh, optics, self._eyes[path], frames, mesh.palette, shown)
 
     def _draw_flat(self, path: CameraPath) -> tuple[ImageArray, IndexArray, FloatArray, FloatArray]:
         """Return a flat image with images on its surfaces, and the visible triangles.
@@ -244,9 +248,8 @@ class RasterCameras(Cameras):
         points = np.empty_like(mesh.vertices)
         to_camera(mesh.vertices, mesh.vertex_frames, self._frames, WORLD_FRAME, _WORLD, points)
         eye = self._eye_in_world(path)
-        seen = self._view.draw(
-            points, eye, optics.focal, optics.near, optics.far, self._work_of(path).nearness
-        )
+        lens = optics.focal, optics.near, optics.far
+        seen = self._view.draw(points, eye, *lens, self._work_of(path).nearness, optics.mask)
         return seen, points, eye
 
     def _lay_images(

@@ -16,7 +16,7 @@ from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core._support.jit import inlined, jit
 from nrp_core.scene.merged_bodies import WORLD_FRAME, Body, place_in_frame
 from nrp_core.scene.meshes.triangles import Coordinates
-from nrp_core.scene.model import Rgba, Texture, Visual
+from nrp_core.scene.model import ANY_CAMERA, Rgba, Texture, Visual
 from nrp_core.scene.rigid import BodyPath as BodyPath
 from nrp_core.scene.rigid import Pose, matrix_of, transform
 from nrp_core.scene.tessellation import mapped_shape, triangles_of
@@ -41,6 +41,7 @@ class SceneMesh:
         faces: indices of vertices, shape ``(m, 3)``.
         surfaces: the number of the visual of each face, shape ``(m,)``.
         shown: which visuals are visible.
+        flags: the bits of the visuals for the masks of cameras.
         glowing: which visuals have their colour in any light.
         finishes: the finish of each visual, None for a matt one.
         palette: the colours of the visuals, and at index -1 of the sky; shape ``(visuals + 1, 3)``.
@@ -59,6 +60,7 @@ class SceneMesh:
         self.faces = np.concatenate([np.empty((0, 3)), *faces]).astype(np.int32)
         self.surfaces = np.repeat(np.arange(len(placed), dtype=np.int32), [len(each) for each in faces])
         self.shown = np.array([visual.rgba[3] > 0 for _, visual, *_ in placed], bool)
+        self.flags = np.array([visual.flags for _, visual, *_ in placed], np.uint32)
         self.glowing = np.array([visual.glows for _, visual, *_ in placed], bool)
         self.finishes = [visual.finish for _, visual, *_ in placed]
         colors = [bytes_of(flat(visual.rgba)) for _, visual, *_ in placed]
@@ -85,6 +87,10 @@ class SceneMesh:
             np.zeros((len(faces), 3, 2), np.float32) if known is None else known for _, faces, known in meshes
         ]
         return Textures(images, np.concatenate(places), self.surfaces, self.vertices[self.faces])
+
+    def shown_to(self, mask: int) -> npt.NDArray[np.bool_]:
+        """Return which visuals are visible to a camera with a mask."""
+        return self.shown if mask == ANY_CAMERA else self.shown & (self.flags & np.uint32(mask) != 0)
 
     def in_world(self, frames: FloatArray) -> FloatArray:
         """Return all vertices in the world, shape ``(n, 3)``.

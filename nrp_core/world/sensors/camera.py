@@ -18,11 +18,11 @@ from nrp_core.messages.base import resolve_name
 from nrp_core.messages.point_cloud2 import create_cloud
 from nrp_core.messages.sensor_msgs import CameraInfo, Image, PointCloud2
 from nrp_core.messages.std_msgs import Header
-from nrp_core.scene.devices import LATER, View
-from nrp_core.scene.model import Model
+from nrp_core.scene.devices import LATER, View, set_fields
+from nrp_core.scene.model import ANY_CAMERA, Model
 from nrp_core.scene.reading.context import Element, Reading
 from nrp_core.scene.reading.plugins import plugin_name, ros_namespace, warn_of_plugin
-from nrp_core.scene.reading.sensors import Mount, field_of_view, noise_of, rate_of
+from nrp_core.scene.reading.sensors import Mount, bit_mask, field_of_view, noise_of, rate_of
 from nrp_core.scene.rigid import Pose
 from nrp_core.world.engine import Engine
 from nrp_core.world.render.cameras import DepthArray, ImageArray, SegmentArray, Sight
@@ -88,6 +88,7 @@ class Camera(Sensor):
         baseline: of the right camera of a pair, its distance from the left one (m), which its ``P`` holds.
         projection: x and y of the focal lengths, the centre and the translation in ``P``, pixels, if they
             replace those of the lens.
+        mask: bits; it sees the visuals whose flags share one.
     """
 
     tag: ClassVar[str] = "camera"
@@ -106,6 +107,9 @@ class Camera(Sensor):
     points_topic: str | None = field(default=None, metadata=LATER)
     baseline: float = field(default=0.0, metadata=LATER)
     projection: tuple[float, ...] = field(default=(), kw_only=True, metadata=LATER)
+    mask: int = field(default=ANY_CAMERA, kw_only=True, metadata=LATER)
+
+    __setstate__ = set_fields
 
     @property
     def offset(self) -> Pose:
@@ -114,7 +118,8 @@ class Camera(Sensor):
     @property
     def view(self) -> View:
         """The images that it consists of."""
-        return View(self.pose, self.horizontal_fov, self.width, self.height, self.near, self.far)
+        lens = self.horizontal_fov, self.width, self.height, self.near, self.far
+        return View(self.pose, *lens, self.mask)
 
     def focal(self, width: int) -> float:
         """Return the focal length in pixels of images of a width."""
@@ -153,6 +158,7 @@ class Camera(Sensor):
             _baseline(sensor),
             noise=noise_of(camera, reading),
             projection=_projection(camera.section("lens"), fov, (width, height)),
+            mask=bit_mask(camera, "visibility_mask", ANY_CAMERA),
         )
 
     def part(self, model: Model, link: str, engine: Engine) -> CameraPart:

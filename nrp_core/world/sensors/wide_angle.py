@@ -136,9 +136,9 @@ class WideAngleCamera(ImageSensor):
 
     @property
     def views(self) -> Mapping[str, View]:
-        near, far, place = self.optics.near, self.optics.far, self.optics.pose
+        near, far, place, mask = self.optics.near, self.optics.far, self.optics.pose, self.optics.mask
         return {
-            f"{self.name}/{name}": View(place @ turn, pi / 2, self.side, self.side, near, far)
+            f"{self.name}/{name}": View(place @ turn, pi / 2, self.side, self.side, near, far, mask)
             for name, turn in _SIDES.items()
         }
 

@@ -70,7 +70,7 @@ CAMERA = """
     distortion/p1=0 distortion/p2=0 distortion/center=0.5,0.5 lens/intrinsics/fx=277 lens/intrinsics/fy=277
     lens/intrinsics/cx=160 lens/intrinsics/cy=120 lens/intrinsics/s=0 lens/projection/p_fx=277
     lens/projection/p_fy=277 lens/projection/p_cx=160 lens/projection/p_cy=120 lens/projection/tx=0
-    lens/projection/ty=0 visibility_mask=4294967295 optical_frame_id=:a pose=0,0,0,0,0,0
+    lens/projection/ty=0 visibility_mask=4294967295:1 optical_frame_id=:a pose=0,0,0,0,0,0
 """
 LENS = """
     lens/type=stereographic:equidistant lens/scale_to_hfov=true lens/cutoff_angle=1.5707
@@ -84,7 +84,7 @@ LASER = """
     scan/horizontal/samples=640 scan/horizontal/resolution=1 scan/horizontal/min_angle=0
     scan/horizontal/max_angle=0 scan/vertical/samples=1 scan/vertical/resolution=1 scan/vertical/min_angle=0
     scan/vertical/max_angle=0 range/min=0 range/max=10 range/resolution=0 noise/mean=0 noise/stddev=0
-    visibility_mask=4294967295
+    visibility_mask=4294967295:1
 """
 IMU = """
     orientation_reference_frame/localization=CUSTOM:NED orientation_reference_frame/custom_rpy=0,0,0
