@@ -17,7 +17,7 @@ import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
-from importlib.util import find_spec
+from importlib.util import find_spec, resolve_name
 from pathlib import Path
 from types import CodeType, ModuleType
 from typing import Any, NoReturn, TypeAlias
@@ -167,7 +167,10 @@ class Scope:
         level: int = 0,
     ) -> ModuleType:
         if level:
-            return builtins.__import__(name, globals, locals, fromlist, level)
+            package = (globals or {}).get("__package__")
+            if not package or (globals or {}).get("__file__") not in self._files:
+                return builtins.__import__(name, globals, locals, fromlist, level)
+            name, level = resolve_name("." * level + name, package), 0
         root = name.partition(".")[0]
         module = self._ours(name) or self._neighbour_with(fromlist or (), name, globals)
         if module is not None:
@@ -290,6 +293,7 @@ class Scope:
     def _execute(self, path: Path, name: str) -> ModuleType:
         if path not in self._neighbours:
             self._neighbours[path] = ModuleType(name)  # registered first, for modules that import each other
+            self._neighbours[path].__package__ = name if path.stem == "__init__" else name.rpartition(".")[0]
             try:
                 self.run(path, self._neighbours[path])
             except BaseException:

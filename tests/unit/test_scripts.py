@@ -85,6 +85,19 @@ def test_neighbours_may_import_each_other(tmp_path: Path) -> None:
     assert run(tmp_path, "from one import both").both == 3
 
 
+def test_modules_of_a_package_beside_the_file_import_each_other_relatively(tmp_path: Path) -> None:
+    inner = tmp_path / "package" / "inner"
+    inner.mkdir(parents=True)
+    (inner.parent / "__init__.py").write_text("from .one import values")
+    (inner.parent / "one.py").write_text("from robots.greeter import hello\nvalues = [hello]")
+    (inner / "__init__.py").touch()
+    (inner / "two.py").write_text("from .. import one\nfrom ..one import values\nfrom . import three")
+    (inner / "three.py").write_text("import package.one\nsame = package.one.values")
+    module = run(tmp_path, "from package.inner import two\nfrom package import values")
+    assert module.two.one.values is module.two.values is module.two.three.same is module.values
+    assert module.values == ["hello"]
+
+
 def test_a_neighbour_that_fails_fails_again(tmp_path: Path) -> None:
     (tmp_path / "broken.py").write_text("1 / 0")
     source = "try:\n    import broken\nexcept ZeroDivisionError:\n    import broken"
