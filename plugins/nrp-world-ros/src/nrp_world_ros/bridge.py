@@ -67,9 +67,8 @@ class _Call:
     """A request from ROS, and the place for its answer."""
 
     service: str
-    kind: str
-    request: bytes
-    answer: Future[memoryview] = field(default_factory=Future)
+    do: Callable[[], Any]
+    answer: Future[Any] = field(default_factory=Future)
     asked_s: float = field(default_factory=time.monotonic)
 
 
@@ -97,12 +96,15 @@ class Calls:
         for info in self._world.topics.values():
             if info.response is not None:
                 request, response = map(self._codec.name, (info.type, info.response))
-                self._node.serve(info.name, request, response, partial(self._ask, info.name, request))
+                self._node.serve(info.name, request, response, partial(self._take, info.name, request))
                 self.services.append(info.name)
 
-    def _ask(self, service: str, kind: str, request: bytes) -> Future[memoryview]:
-        """Take a call, in a thread of ROS."""
-        call = _Call(service, kind, request)
+    def _take(self, service: str, kind: str, request: bytes) -> Future[memoryview]:
+        return self.ask(service, lambda: self._do(service, kind, request))
+
+    def ask(self, service: str, do: Callable[[], Any]) -> Future[Any]:
+        """Take a call, in a thread of ROS; ``do`` returns its response in :meth:`answer`."""
+        call = _Call(service, do)
         try:
             self._waiting.put_nowait(call)
         except Full:
@@ -133,15 +135,15 @@ class Calls:
             if late or not call.answer.set_running_or_notify_cancel():
                 continue
             try:
-                call.answer.set_result(self._codec.encode(self._do(call)))
+                call.answer.set_result(call.do())
             except NrpError as error:
                 call.answer.set_exception(error)
                 if not self._node.returns_errors:
                     message = f"a call got no answer, because ROS 2 cannot carry its error: {error}"
                     self._warnings.add(Code.NRP282, message, subject=call.service)
 
-    def _do(self, call: _Call) -> Any:
-        return self._world.call(call.service, self._codec.decode(call.request, call.kind))
+    def _do(self, service: str, kind: str, request: bytes) -> memoryview:
+        return self._codec.encode(self._world.call(service, self._codec.decode(request, kind)))
 
     def _next(self) -> _Call | None:
         try:
@@ -243,7 +245,7 @@ class Bridge(Closing):
                 from nrp_world_ros.ros2.standard import Standard
 
                 ros2: Any = node
-                self._step_standard = Standard(world, ros2, publish, style.folders).step
+                self._step_standard = Standard(world, ros2, publish, self._calls.ask, style.folders).step
         self._described: Scene | None = None
         self._sent_ns = -1
 

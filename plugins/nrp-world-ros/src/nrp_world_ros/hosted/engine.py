@@ -16,20 +16,12 @@ from nrp_core.errors import NrpError, SimulationError
 from nrp_core.messages.gazebo_msgs import ModelStates
 from nrp_core.world import (
     JOINT_CONTROL,
-    BodyPath,
-    DepthArray,
-    FloatArray,
-    ImageArray,
-    JointStates,
-    Light,
     Model,
     ModelMotion,
     Part,
     Scene,
     Stamped,
     TopicInfo,
-    Touch,
-    Wrench,
 )
 
 from nrp_world_ros.engine import MODEL_STATES, ModelPoses, RemotePart, RosEngine
@@ -40,6 +32,16 @@ from nrp_world_ros.timekeeping import Timekeeper
 
 _AT_ONCE = DEPTH // 2
 """Maximum number of steps of the body in a turn, because its messages, one per step and topic, are queued."""
+
+
+def _asked(name: str) -> Any:
+    """Return a method of the engine that requests data from the body."""
+    return lambda engine, *arguments: engine._ask(name, *arguments)
+
+
+def _ordered(name: str) -> Any:
+    """Return a method of the engine that requests an operation of the body."""
+    return lambda engine, *arguments: engine._order(name, *arguments)
 
 
 class HostedEngine(RosEngine):
@@ -199,37 +201,10 @@ class HostedEngine(RosEngine):
             self._knows_motions = True
         return super()._do_model_motion(model)
 
-    def _do_link_motion(self, model: str, link: str) -> ModelMotion:
-        motion: ModelMotion = self._ask("link_motion", model, link)
-        return motion
-
-    def _do_joint_states(self, model: str) -> JointStates:
-        states: JointStates = self._ask("joint_states", model)
-        return states
-
-    def _do_actuator_states(self, model: str, actuators: Sequence[str]) -> FloatArray:
-        states: FloatArray = self._ask("actuator_states", model, list(actuators))
-        return states
-
-    def _do_sensor_values(self, model: str, sensor: str) -> FloatArray:
-        values: FloatArray = self._ask("sensor_values", model, sensor)
-        return values
-
-    def _do_touches(self) -> Sequence[Touch]:
-        touches: Sequence[Touch] = self._ask("touches")
-        return touches
-
-    def _do_joint_wrench(self, model: str, joint: str) -> Wrench:
-        wrench: Wrench = self._ask("joint_wrench", model, joint)
-        return wrench
-
-    def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
-        image: ImageArray = self._ask("render", model, link, camera)
-        return image
-
-    def _do_depth(self, model: str, link: str, camera: str) -> DepthArray:
-        image: DepthArray = self._ask("depth", model, link, camera)
-        return image
+    _do_link_motion, _do_joint_states = _asked("link_motion"), _asked("joint_states")
+    _do_actuator_states, _do_sensor_values = _asked("actuator_states"), _asked("sensor_values")
+    _do_touches, _do_joint_wrench = _asked("touches"), _asked("joint_wrench")
+    _do_render, _do_depth = _asked("render"), _asked("depth")
 
     # -- changes
 
@@ -243,23 +218,13 @@ class HostedEngine(RosEngine):
     def _do_configure(self, model: str, configuration: object) -> None:
         """The body has stored it."""
 
-    def _do_place(self, model: str, motion: ModelMotion) -> None:
-        self._order("place", model, motion)
+    _do_place = _ordered("place")
 
     def _do_set_joints(self, model: str, positions: Mapping[str, float]) -> None:
         self._order("set_joints", model, dict(positions))
 
-    def _do_set_lights(self, lights: Sequence[Light]) -> None:
-        self._order("set_lights", tuple(lights))
-
-    def _do_set_glow(self, visual: str, glows: bool) -> None:
-        self._order("set_glow", visual, glows)
-
-    def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:
-        self._order("set_joint_effort", model, joint, effort)
-
-    def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
-        self._order("push", body, wrench)
+    _do_set_lights, _do_set_glow = _ordered("set_lights"), _ordered("set_glow")
+    _do_set_joint_effort, _do_set_wrench = _ordered("set_joint_effort"), _ordered("push")
 
 
 def _is_told(topic: TopicInfo) -> bool:

@@ -490,17 +490,9 @@ def _qos(queue: int, *, latched: bool = False) -> Any:
 
 def _suffices(offered: Any, requested: Any) -> bool:
     """Return whether the quality of service of a publisher satisfies a subscription."""
-    from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+    from rclpy.qos import QoSCompatibility, qos_check_compatible
 
-    loses = (offered.reliability, requested.reliability) == (
-        ReliabilityPolicy.BEST_EFFORT,
-        ReliabilityPolicy.RELIABLE,
-    )
-    forgets = (offered.durability, requested.durability) == (
-        DurabilityPolicy.VOLATILE,
-        DurabilityPolicy.TRANSIENT_LOCAL,
-    )
-    return not loses and not forgets
+    return qos_check_compatible(offered, requested)[0] is not QoSCompatibility.ERROR
 
 
 def _sender(info: Mapping[str, Any]) -> str:

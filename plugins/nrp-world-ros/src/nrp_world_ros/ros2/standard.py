@@ -5,10 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Iterator
 from concurrent.futures import Future
-from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from queue import Empty, Queue
 from typing import Any
 from urllib.parse import unquote, urlparse
 
@@ -21,18 +19,10 @@ from nrp_core.world import Model, Scene, World, read_model
 from nrp_world_ros.ros2.actions import GRIPPER, Goals, Publish, controllers_of
 from nrp_world_ros.ros2.node import Ros2Node
 
+Ask = Callable[[str, Callable[[], Any]], Future[Any]]
+
 SIMULATOR = "/nrp_body/"
 """The services of the simulator are below the name of the node."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Request:
-    """A call that waits for the world."""
-
-    answer: Callable[[Any, Any], None]
-    request: Any
-    response: Any
-    coming: Future[Any] = field(default_factory=Future)
 
 
 class Standard:
@@ -42,12 +32,15 @@ class Standard:
         world: the world.
         node: in ROS.
         publish: publishes a message in the world.
+        ask: takes the name of a service and a function that returns its response between two steps.
         folders: those whose files may be spawned.
     """
 
-    def __init__(self, world: World, node: Ros2Node, publish: Publish, folders: Collection[Path]) -> None:
-        self._world, self._node, self._publish, self._folders = world, node, publish, folders
-        self._waiting: Queue[_Request] = Queue()
+    def __init__(
+        self, world: World, node: Ros2Node, publish: Publish, ask: Ask, folders: Collection[Path]
+    ) -> None:
+        self._world, self._node, self._publish = world, node, publish
+        self._ask, self._folders = ask, folders
         self._goals: dict[str, Goals] = {}
         self._managed: set[str] = set()
         self._followed: Scene | None = None
@@ -63,12 +56,14 @@ class Standard:
     def _offer(self, place: str, package: str, short: str, answer: Callable[[Any, Any], None]) -> None:
         name = place + re.sub(r"(?<!^)([A-Z])", r"_\1", short).lower()
 
-        def ask(request: Any, response: Any) -> Future[Any]:
-            call = _Request(answer, request, response)
-            self._waiting.put(call)
-            return call.coming
+        def answered(request: Any, response: Any) -> Any:
+            try:
+                answer(request, response)
+            except NrpError as error:
+                _refuse(response, 4, str(error))
+            return response
 
-        self._node.offer(name, package + short, ask)
+        self._node.offer(name, package + short, lambda *given: self._ask(name, partial(answered, *given)))
 
     def _follow(self) -> None:
         """Offer what belongs to the robots of the present scene; models may have been added."""
@@ -88,18 +83,7 @@ class Standard:
         self._followed = scene
 
     def step(self) -> None:
-        """Answer waiting calls and follow goals."""
-        while True:
-            try:
-                call = self._waiting.get_nowait()
-            except Empty:
-                break
-            if call.coming.set_running_or_notify_cancel():
-                try:
-                    call.answer(call.request, call.response)
-                except NrpError as error:
-                    _refuse(call.response, 4, str(error))
-                call.coming.set_result(call.response)
+        """Follow goals, and robots that were added."""
         self._follow()
         for goals in self._goals.values():
             goals.step()
@@ -188,12 +172,10 @@ class Standard:
         if request.set_acceleration or request.state.header.frame_id not in ("", "world"):
             return _refuse(response, 0, "only poses and velocities in the frame 'world' can be set")
         motion, given = self._world.model_motion(request.entity), request.state
-        pose = (
-            _pose(given.pose)
-            if request.set_pose
-            else Pose(Point(*motion.pose.position), Quaternion(*motion.pose.orientation))
-        )
+        pose = Pose(Point(*motion.pose.position), Quaternion(*motion.pose.orientation))
         twist = Twist(Vector3(*motion.linear), Vector3(*motion.angular))
+        if request.set_pose:
+            pose = self._node.ours(given.pose, Pose)
         if request.set_twist:
             twist = self._node.ours(given.twist, Twist)
         answer = self._world.call("/gazebo/set_model_state", ModelState(request.entity, pose, twist))
@@ -208,7 +190,7 @@ class Standard:
             if not request.allow_renaming:
                 return _refuse(response, response.NAME_NOT_UNIQUE, f"there already is a model '{name}'")
             name = next(each for i in range(1, 10**6) if (each := f"{request.name}_{i}") not in names)
-        pose = _pose(request.initial_pose.pose)
+        pose = self._node.ours(request.initial_pose.pose, Pose)
         try:
             if resource.resource_string:
                 self._spawn_text(name, resource.resource_string, pose)
@@ -273,11 +255,6 @@ def _controllers(model: Model) -> Iterator[tuple[str, str, list[str]]]:
 def _at(pose: Pose) -> world.Pose:
     p, q = pose.position, pose.orientation
     return world.Pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
-
-
-def _pose(given: Any) -> Pose:
-    p, q = given.position, given.orientation
-    return Pose(Point(p.x, p.y, p.z), Quaternion(q.x, q.y, q.z, q.w))
 
 
 def _fill(target: Any, values: Any) -> None:

@@ -46,7 +46,7 @@ class RosTypes:
             TopicError: this ROS has a type of that name with other fields.
             BackendLoadError: it lacks the type, which cannot be made.
         """
-        cls = self._class(name)
+        cls = self.named(name)
         self._compare(name, cls)
         return cls
 
@@ -57,7 +57,7 @@ class RosTypes:
             TopicError: this ROS has a service of that name with other fields.
             BackendLoadError: it lacks the service, which cannot be made.
         """
-        cls = self._class(request.replace("/msg/", "/srv/").removesuffix("Request"))
+        cls = self.named(request.replace("/msg/", "/srv/").removesuffix("Request"))
         self._compare(request, cls.Request)
         self._compare(response, cls.Response)
         return cls
@@ -69,7 +69,7 @@ class RosTypes:
             BackendLoadError: this ROS lacks the type, which cannot be made.
             TopicError: the type is unknown.
         """
-        return self._class(name)
+        return _made.get(name) or _installed(*name.split("/")) or self.make(name)
 
     def make(self, name: str) -> Any:
         """Return the class of a type, ``package/kind/Type``, that this ROS lacks.
@@ -83,12 +83,6 @@ class RosTypes:
             self._define(name)
             _made[name] = {"msg": self._message, "srv": self._service, "action": self._action}[kind](name)
         return _made[name]
-
-    def _class(self, name: str) -> Any:
-        if name in _made:
-            return _made[name]
-        package, kind, short = name.split("/")
-        return _installed(package, kind, short) or self.make(name)
 
     def _compare(self, name: str, cls: Any) -> None:
         theirs, ours = list(cls.get_fields_and_field_types()), self._codec.fields(name)
@@ -156,8 +150,8 @@ class RosTypes:
 
     def _action(self, name: str) -> Any:
         cancel, status = (
-            self._class("action_msgs/srv/CancelGoal"),
-            self._class("action_msgs/msg/GoalStatusArray"),
+            self.named("action_msgs/srv/CancelGoal"),
+            self.named("action_msgs/msg/GoalStatusArray"),
         )
         parts = {part: self._message_once(f"{name}_{part}") for part in PARTS["action"]}
         send, get = (self._service(f"{name}_{each}") for each in ("SendGoal", "GetResult"))
@@ -185,7 +179,7 @@ class RosTypes:
 
     def _inner(self, name: str) -> Any:
         """Return the class of a field's type, which may be a part of an action."""
-        return self._class(name) if "/msg/" in name else self._message_once(name)
+        return self.named(name) if "/msg/" in name else self._message_once(name)
 
     def _default(self, field: MessageField) -> Callable[[], Any]:
         one: Callable[[], Any] = (
