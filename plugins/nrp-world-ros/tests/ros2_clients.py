@@ -1,8 +1,8 @@
 """A client of ROS 2 of the robot ``arm``, its controllers and its simulator.
 
 python ros2_clients.py follow      JSON: how trajectories ended
-python ros2_clients.py delete      JSON: how goals of a robot end that is deleted
-python ros2_clients.py spawn FILE OTHER   JSON: how goals of robots end that are spawned from a file
+python ros2_clients.py again FILE OTHER    JSON: how goals of a robot end that is deleted, and of robots that
+                                           are spawned from a file
 python ros2_clients.py grip        JSON: what the gripper did
 python ros2_clients.py standard    JSON: what the services answered
 """
@@ -46,15 +46,18 @@ class Client:
 
     def __init__(self, node: Node) -> None:
         self._node = node
+        self._clients: dict[str, Any] = {}
 
-    def wait(self, future: Any, timeout_s: float = 20.0) -> Any:
+    def wait(self, future: Any, timeout_s: float = 60.0) -> Any:
         rclpy.spin_until_future_complete(self._node, future, timeout_sec=timeout_s)
         return future.result()
 
     def call(self, name: str, cls: Any, /, **fields: Any) -> Any:
-        client = self._node.create_client(cls, name)
-        assert client.wait_for_service(20.0), name
-        return self.wait(client.call_async(cls.Request(**fields)))
+        if name not in self._clients:
+            self._clients[name] = self._node.create_client(cls, name)
+            assert self._clients[name].wait_for_service(60.0), name
+            spin(self._node, timeout_s=0.2)  # a server does not wait longer for the caller to be discovered
+        return self.wait(self._clients[name].call_async(cls.Request(**fields)))
 
 
 class Follower(Client):
@@ -65,7 +68,7 @@ class Follower(Client):
         self.told = 0
         self.actual: list[float] = []
         self._client = ActionClient(node, FollowJointTrajectory, f"/{robot}/follow/follow_joint_trajectory")
-        assert self._client.wait_for_server(20.0)
+        assert self._client.wait_for_server(60.0)
 
     def hear(self, message: Any) -> None:
         self.told += 1
@@ -108,10 +111,10 @@ def follow(node: Node) -> None:
     tell(json.dumps(found))
 
 
-def delete(node: Node) -> None:
-    client, found = Follower(node), {}
+def again(node: Node) -> None:
+    client, found = Follower(node), dict[str, Any]()
     hand = ActionClient(node, GripperCommand, "/arm/hand/gripper_cmd")
-    assert hand.wait_for_server(20.0)
+    assert hand.wait_for_server(60.0)
     handle = client.goal(60, 1.5, 0.0)
     gone = client.call("/nrp_body/delete_entity", DeleteEntity, entity="arm").result.result
     found["running"] = client.end(handle)["status"]
@@ -122,11 +125,6 @@ def delete(node: Node) -> None:
         gone,
         client.call("/nrp_body/delete_entity", DeleteEntity, entity="arm").result.result,
     ]
-    tell(json.dumps(found))
-
-
-def spawn(node: Node) -> None:
-    client, found = Client(node), {}
     place = PoseStamped()
     for robot, uri in (("arm", sys.argv[2]), ("second", sys.argv[2]), ("third", sys.argv[3])):
         request = {"name": robot, "entity_resource": Resource(uri=uri), "initial_pose": place}
@@ -147,7 +145,7 @@ def spawn(node: Node) -> None:
 def grip(node: Node) -> None:
     client, found = Client(node), {}
     action = ActionClient(node, GripperCommand, "/arm/hand/gripper_cmd")
-    assert action.wait_for_server(20.0)
+    assert action.wait_for_server(60.0)
     for name, position in (("open", -0.3), ("closed", 1.5)):
         goal = GripperCommand.Goal()
         goal.command.position = position

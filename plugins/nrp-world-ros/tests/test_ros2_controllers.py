@@ -46,7 +46,7 @@ BRAIN = "import pyNN.nest as sim\nsim.setup()\ncells = sim.Population(1, sim.IF_
 
 def answers(ros2: Ros2, *arguments: str) -> Any:
     said = ros2.run(
-        sys.executable, str(Path(__file__).with_name("ros2_clients.py")), *arguments, timeout_s=90
+        sys.executable, str(Path(__file__).with_name("ros2_clients.py")), *arguments, timeout_s=240
     )
     return json.loads(said.splitlines()[-1])
 

@@ -14,15 +14,12 @@ from test_ros2_controllers import answers, running
 def test_goals_are_aborted_when_their_robot_is_deleted_and_followed_when_robots_are_spawned(
     tmp_path: Path,
 ) -> None:
-    elsewhere = tmp_path / "elsewhere"
-    elsewhere.mkdir()
-    with running(elsewhere / "experiment") as arm:
-        found = answers(arm, "delete")
-        assert found["deleted"] == [1, 2]  # the bridge goes on; there is no such model
-        assert (found["running"], found["late"], found["grip"]) == (6, 6, 6)
-        outside = elsewhere / "arm.urdf"
-        outside.write_text((arm.folder / "arm.urdf").read_text())
-        found = answers(arm, "spawn", (arm.folder / "arm.urdf").as_uri(), outside.as_uri())
+    with running(tmp_path / "experiment") as arm:
+        inside, outside = arm.folder / "arm.urdf", tmp_path / "arm.urdf"
+        outside.write_text(inside.read_text())
+        found = answers(arm, "again", inside.as_uri(), outside.as_uri())
+    assert found["deleted"] == [1, 2]  # the bridge goes on; there is no such model
+    assert (found["running"], found["late"], found["grip"]) == (6, 6, 6)
     assert (found["arm"], found["second"], found["third"]) == (1, 1, 104)  # ok, ok, NO_RESOURCE
     for robot in ("arm", "second"):
         assert found[f"{robot} reached"]["status"] == 4  # STATUS_SUCCEEDED
