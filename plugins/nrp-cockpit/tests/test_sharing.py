@@ -18,7 +18,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from nrp_cockpit.sharing.sharing import shared_file
+from nrp_cockpit.sharing.sharing import _telling_ns, shared_file
 from nrp_cockpit.sharing.tracks import Track, fitted
 from visitors import RefusedError, cockpit
 
@@ -64,6 +64,27 @@ def recorded(recording: Path) -> dict[str, list[tuple[int, bytes]]]:
         if topic.role != Role.RUN:
             found.setdefault(topic.name, []).append((one.log_time, one.data))
     return found
+
+
+@pytest.mark.parametrize(
+    ("failed_s", "events_s", "expected_s"),
+    [
+        ([], [], 5.0),
+        ([], [None, 3.0, 8.0], 8.0),
+        ([], [10.0, 4.0], 4.0),
+        ([6.0, 2.0], [8.0], 2.0),
+        ([10.0], [], 5.0),
+    ],
+)
+def test_a_file_opens_where_something_failed_or_else_where_something_happened(
+    failed_s: list[float], events_s: list[float | None], expected_s: float
+) -> None:
+    timeline = {
+        "criteria": [{"passed": False, "to_s": t_s} for t_s in failed_s] + [{"passed": None, "to_s": 1.0}],
+        "events": [{"t_s": t_s} for t_s in events_s],
+        "failures": [],
+    }
+    assert _telling_ns(0, 10**10, timeline) == expected_s * 1e9
 
 
 def test_the_file_holds_every_message_and_lossless_images(recording: Path, recorded: dict[str, Any]) -> None:

@@ -53,7 +53,7 @@ function OfPart({ path, part }: { path: string; part: NodeData }) {
     <Panel
       title={titleOf(part)}
       label="Form"
-      sub={<KindOf part={part} />}
+      sub={titleOf(part) === part.type ? undefined : <KindOf part={part} />}
       tools={<Tools path={path} />}
       className="scroll"
     >

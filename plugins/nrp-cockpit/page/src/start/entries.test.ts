@@ -21,9 +21,9 @@ test("entries are found by words of their name, text and engines, in any order",
   ];
   const names = (search: string) =>
     sectionsOf(entries, search).map((one) => one.entries.map(({ name }) => name));
-  expect(names("")).toEqual([["fly"], [], ["./visit"], ["./rate.sweep"]]);
+  expect(names("")).toEqual([["./visit"], ["./rate.sweep"], ["fly"], []]);
   expect(names("MUJOCO sugar")).toEqual([["fly"]]);
-  expect(names("fly")).toEqual([["fly"], ["./visit"]]);
+  expect(names("fly")).toEqual([["./visit"], ["fly"]]);
   expect(names("bee")).toEqual([]);
 });
 

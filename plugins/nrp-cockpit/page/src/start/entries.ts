@@ -9,11 +9,6 @@ export interface Section {
 
 const sections: { title: string; none: string; holds: (entry: Entry) => boolean }[] = [
   {
-    title: "Installed experiments",
-    none: "No experiment is installed.",
-    holds: ({ kind, installed }) => kind === "experiment" && installed,
-  },
-  {
     title: "Experiments in this folder",
     none: "There is none; nrp new makes one.",
     holds: ({ kind, installed }) => kind === "experiment" && !installed,
@@ -28,9 +23,17 @@ const sections: { title: string; none: string; holds: (entry: Entry) => boolean 
     none: "There is none; nrp sweep makes one.",
     holds: ({ kind }) => kind === "sweep",
   },
+  {
+    title: "Installed experiments",
+    none: "No experiment is installed.",
+    holds: ({ kind, installed }) => kind === "experiment" && installed,
+  },
 ];
 
-/** The entries that have all the words in them, by where they come from; a search shows only where it finds any. */
+/**
+ * The entries that have all the words in them, by where they come from: what is in the folder first, what has none
+ * last. A search shows only where it finds any.
+ */
 export function sectionsOf(entries: readonly Entry[], search: string): Section[] {
   const words = search.toLowerCase().split(/\s+/).filter(Boolean);
   const has = ({ name, text, engines }: Entry) => {
@@ -40,7 +43,8 @@ export function sectionsOf(entries: readonly Entry[], search: string): Section[]
   const found = entries.filter(has);
   return sections
     .map(({ title, none, holds }) => ({ title, none, entries: found.filter(holds) }))
-    .filter((section) => words.length === 0 || section.entries.length > 0);
+    .filter((section) => words.length === 0 || section.entries.length > 0)
+    .sort((a, b) => Number(a.entries.length === 0) - Number(b.entries.length === 0));
 }
 
 /** The name of an experiment, and of the variant of it that a shipped name may have. */

@@ -28,6 +28,7 @@ const about: About = {
   begin_ns: 0,
   end_ns: 10 * S,
   timestep_ns: 0.02 * S,
+  opens_ns: 0,
   topics: [topic("/scene", "changes"), topic("/camera", "last"), topic("/spikes", "seconds")],
   reports: { status: { state: "", t_s: -1 } },
   layout: { layout: 1 },
@@ -46,9 +47,13 @@ class Page {
   readonly heard: unknown[] = [];
   readonly texts: string[] = [];
   readonly answers: string[] = [];
+  constructor(private readonly opens_s = 0) {}
   private readonly player = new Player(
     { onLink: () => undefined, onData: (data) => this.take(data) },
-    { about: async () => about, messages: async (number) => recorded[number] as Messages },
+    {
+      about: async () => ({ ...about, opens_ns: this.opens_s * S }),
+      messages: async (number) => recorded[number] as Messages,
+    },
   );
 
   async subscribe(...channels: (number | undefined)[]): Promise<this> {
@@ -124,4 +129,9 @@ it("gives all messages of a topic, whatever the time is", async () => {
   expect(portion).toEqual({ from_s: 0, until_ns: 10 * S, is_all: true });
   const { buffer } = fromBase64(packed);
   expect([...new Messages(buffer).times_ns]).toEqual([1, 2, 3, 6, 7].map((t_s) => t_s * S));
+});
+
+it("begins at the moment with which the file opens", async () => {
+  const page = await new Page(4).subscribe(STATUS);
+  expect(page.heard).toEqual([{ state: "paused", t_s: 4, pace: 1, real_time_factor: null }]);
 });

@@ -75,6 +75,7 @@ export class Player implements Source {
   private async start(): Promise<void> {
     this.about = await this.recorded.about();
     this.time = new Playing(this.about);
+    this.time.seek(this.about.opens_ns);
     this.clear = fromBase64(this.about.clear);
     const { topics, reports, services } = this.about;
     const topical = topics.map((one) => ({ ...one, encoding: "cdr" }));

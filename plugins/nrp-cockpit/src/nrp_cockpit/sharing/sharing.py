@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import gzip
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from nrp_cockpit.session.recorded_run import FIXED
 from nrp_cockpit.sharing.html import html_page
 from nrp_cockpit.sharing.tracks import Track, fitted, read_tracks
 from nrp_cockpit.wire.hub import Hub, to_json
+from nrp_core.clock import from_seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.messages.cdr import Codec
@@ -82,6 +83,7 @@ def _about(folder: Path, session: RecordedSession, tracks: Iterable[Track]) -> b
     run, scenes = session.run, session.stream.scenes
     entities = scenes.entities(session.now_ns) if scenes else []
     experiment = run.experiment_data(entities) | {"file": folder.name, "may_steer": True}
+    timeline = run.timeline_data()
     types = {track.topic.name: track.topic.type_name for track in tracks}
     for topic in experiment["topics"]:
         topic["type"] = types.get(topic["name"], topic["type"])
@@ -92,13 +94,14 @@ def _about(folder: Path, session: RecordedSession, tracks: Iterable[Track]) -> b
     about = {
         "begin_ns": session.now_ns,
         "end_ns": session.end_ns,
+        "opens_ns": _telling_ns(session.now_ns, session.end_ns, timeline),
         "timestep_ns": session.timestep_ns,
         "topics": [_topic_data(track) for track in tracks],
         "reports": {
             "experiment": experiment,
             "status": status,
             "functions": run.functions_data(),
-            "timeline": run.timeline_data(),
+            "timeline": timeline,
             "findings": run.findings_data(),
         },
         "layout": layout_of_recording(session).load(),
@@ -108,6 +111,19 @@ def _about(folder: Path, session: RecordedSession, tracks: Iterable[Track]) -> b
     }
     inside = to_json(f"{folder}/")[1:-1]  # its place is not needed
     return gzip.compress(to_json(about).replace(inside, b""), mtime=0)
+
+
+def _telling_ns(begin_ns: int, end_ns: int, timeline: Mapping[str, Any]) -> int:
+    """Return the time at which the page opens: what failed first, else what happened last, or the middle.
+
+    At the begin the plots are empty, and at the end there is nothing to play.
+    """
+    failed = [one["to_s"] for one in timeline["criteria"] if one["passed"] is False]
+    failed += [one["t_s"] for one in timeline["failures"]]
+    happened = [one["t_s"] for one in timeline["events"] if one["t_s"] is not None]
+    times_ns = [from_seconds(min(failed))] if failed else [from_seconds(t_s) for t_s in sorted(happened)]
+    inside = [t_ns for t_ns in times_ns if begin_ns < t_ns < end_ns]
+    return inside[-1] if inside else (begin_ns + end_ns) // 2
 
 
 def _topic_data(track: Track) -> dict[str, Any]:

@@ -107,8 +107,13 @@ def _of_experiment(at: str | Path) -> Seen:
 
 def _of_recording(folder: Path) -> Seen:
     run = Recording(folder).run
-    words = [str(run[key]) for key in ("experiment", "recorded", "state") if run.get(key)]
-    return ", ".join(words), tuple(run[side]["backend"] for side in ("brain", "world") if side in run), ""
+    begun = str(run.get("recorded") or "")[:16].replace("T", " ")  # ISO 8601, to the minute
+    words = (str(run.get("experiment") or ""), begun, str(run.get("state") or ""))
+    return (
+        ", ".join(filter(None, words)),
+        tuple(run[side]["backend"] for side in ("brain", "world") if side in run),
+        "",
+    )
 
 
 def _of_sweep(folder: Path) -> Seen:
