@@ -24,11 +24,11 @@ from nrp_core.pynn import new_simulator
 DT, STEPS = 1e-4, 60
 
 
-def emitted(path: Path, inputs: dict[str, Any], **options: Any) -> dict[str, Any]:
+def emitted(path: Path, inputs: dict[str, Any], method: str = "euler", **options: Any) -> dict[str, Any]:
     """Return the spikes of each population at the steps of the file."""
     sim = new_simulator()
     sim.setup(timestep=1.0, options={"resolution": "1 ms"})
-    cells = load_nir(sim, path, method="euler", **options)
+    cells = load_nir(sim, path, method=method, **options)
     for name, trains in inputs.items():
         cells[name].set(spike_times=[np.flatnonzero(train) + 1.0 for train in trains.T])
     for each in cells.values():
@@ -281,3 +281,63 @@ def test_a_graph_without_an_input_is_refused_and_its_first_node_named(tmp_path: 
     path = written(tmp_path, {"w": nir.Linear(WEIGHT), "cells": lif(3)}, [("w", "cells")])
     with golden.raises(NetworkError, match="'w'"):
         emitted(path, {})
+
+
+def subtracting(drive: Any, decay: float) -> Any:
+    """Return the spikes of ``v = decay v + drive`` whose threshold of 1 is subtracted."""
+    spikes, v = np.zeros(drive.shape), np.zeros(drive.shape[1:])
+    for step, x in enumerate(drive):
+        v = decay * v + x
+        spikes[step] = v >= 1.0
+        v -= spikes[step]
+    return spikes
+
+
+def filtered(frames: Any, weight: Any, stride: int = 1) -> Any:
+    return np.stack(
+        [[correlate(x, kernel, "valid")[0, ::stride, ::stride] for kernel in weight] for x in frames]
+    )
+
+
+@pytest.mark.parametrize("tau", [None, 8.0])
+def test_convolutions_in_the_style_of_sinabs_count_times_in_steps(tmp_path: Path, tau: float | None) -> None:
+    """Times are in steps, inputs of LIF last for one of them, thresholds are subtracted, biases are 0."""
+    rng = np.random.default_rng(4)
+    decay, gain = (1.0, 1.0) if tau is None else (np.exp(-1.0 / tau), 1.0 - np.exp(-1.0 / tau))
+    strong = 1.0 if tau is None else 9.0
+    first, second = strong * rng.normal(0.05, 0.2, (3, 2, 3, 3)), strong * rng.normal(0.08, 0.2, (4, 3, 2, 2))
+    last = strong * rng.normal(0.1, 0.3, (5, 4))
+
+    def cells(*shape: int) -> Any:
+        one, none = np.ones(shape), np.zeros(shape)
+        if tau is None:
+            return nir.IF(r=one, v_threshold=one, v_reset=none)
+        return nir.LIF(tau=np.float32(tau), r=np.float32(1), v_leak=np.float32(0), v_threshold=np.float32(1),
+                       v_reset=np.float32(0))  # fmt: skip
+
+    nodes = {
+        "input": nir.Input(np.array([2, 8, 8])),
+        "0": nir.Conv2d((8, 8), first, (1, 1), (0, 0), (1, 1), 1, np.zeros(3)),
+        "1": cells(3, 6, 6),
+        "2": nir.SumPool2d(np.array([2, 2]), np.array([2, 2]), np.array([0, 0])),
+        "3": nir.Conv2d((3, 3), second, (2, 2), (0, 0), (1, 1), 1, np.zeros(4)),
+        "4": cells(4, 1, 1),
+        "5": nir.Flatten({"input": np.array([4, 1, 1])}, 0, -1),
+        "6": nir.Affine(last, np.zeros(5)),
+        "7": cells(5),
+        "output": nir.Output(np.array([5])),
+    }
+    nir.write(
+        tmp_path / "net.nir", nir.NIRGraph(nodes, [*pairwise(nodes)], type_check=False), compression=None
+    )
+    frames = noise(128).reshape(STEPS, 2, 8, 8).astype(float)
+    one = subtracting(gain * filtered(frames, first), decay)
+    pooled = one.reshape(STEPS, 3, 3, 2, 3, 2).sum((3, 5))
+    two = subtracting(gain * filtered(pooled, second, 2), decay)
+    three = subtracting(gain * two.reshape(STEPS, 4) @ last.T, decay)
+    found = emitted(
+        tmp_path / "net.nir", {"input": frames.reshape(STEPS, -1)}, "held", dt=1.0, reset="subtract"
+    )
+    for name, spikes in (("1", one), ("4", two), ("7", three)):
+        assert spikes.sum() > 20
+        assert (found[name] == spikes.reshape(STEPS, -1)).all()

@@ -145,8 +145,9 @@ def load_nir(
         path: the file.
         dt: s; the length of a step in the time of the file, by default the ``dt`` in its metadata, or 0.1 ms.
         method: ``euler`` if states decay by ``1 - dt/tau`` in a step and currents act in the step in which
-            they change, as in snnTorch; ``exact`` for the equations of NIR. By default the ``method`` in the
-            metadata, or ``exact``.
+            they change, as in snnTorch; ``exact`` for the equations of NIR; ``held`` for these where an input
+            to an LIF or LI node lasts for a step, as in Sinabs. By default the ``method`` in the metadata, or
+            ``exact``.
         refractory: steps after a spike in which a voltage stays at its reset value; the equations have none.
             By default the ``refractory`` in the metadata, or 0.
         reset: ``value`` if a cell that fires takes its ``v_reset``, which all files contain; ``subtract`` if

@@ -17,7 +17,7 @@ from nrp_core.network.filters import driven
 from nrp_formats.nir.graded import Current, without_leak
 from nrp_formats.nir.linear import Shape, parameters_of
 
-Method = Literal["exact", "euler"]
+Method = Literal["exact", "euler", "held"]
 _NO_LEAK_MS: Final = 1e15
 """A time constant beside which every step is so short that ``exp(-step/tau)`` is 1."""
 _NO_MEMORY: Final = 1e-30
@@ -61,7 +61,8 @@ class Step:
         dt_s: its length where it was trained, in the time of the file.
         h_ms: its length here.
         method: ``euler`` if states decay by ``1 - dt/tau`` in a step, and currents act in the step in which
-            they change; ``exact`` for the equations themselves.
+            they change; ``exact`` for the equations themselves; ``held`` for these where each input to a
+            voltage lasts for a step.
         refractory: steps after a spike in which a voltage stays at its reset value.
     """
 
@@ -148,7 +149,8 @@ def _delta(given: dict[str, FloatArray], bias: FloatArray, step: Step, lag: int)
     rest, reset = given.get("v_leak", np.zeros(n)), given.get("v_reset", np.zeros(n))
     threshold = given.get("v_threshold", given.get("threshold", np.full(n, np.inf)))
     if "tau" in given:
-        decay, rise = step.decay(given["tau"]), given["r"] * step.dt_s / given["tau"]
+        decay = step.decay(given["tau"])
+        rise = given["r"] * (1.0 - decay if step.method == "held" else step.dt_s / given["tau"])
         tau = step.tau_ms(decay)
     elif "r" in given:
         decay, rise, tau = np.ones(n), given["r"] * step.dt_s, np.full(n, _NO_LEAK_MS)

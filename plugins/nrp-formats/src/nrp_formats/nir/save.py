@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Final, get_args
+from typing import Any, Final, Literal, get_args
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.paths import check_free, path_of
 from nrp_core.utilities import checks_arguments, replacing
 from nrp_formats.nir.graph import returning
-from nrp_formats.nir.neurons import Method, Step, driven_by
+from nrp_formats.nir.neurons import Step, driven_by
 
 CELL_TYPES: Final = ("IF_curr_delta", "IF_curr_exp")
 _NO_LEAK_MS: Final = 1e12
@@ -120,9 +120,12 @@ _MOST_WEIGHTS: Final = 10**8
 """The largest dense matrix that is written; it has 0.8 GB."""
 
 
+Written = Literal["exact", "euler"]
+
+
 @checks_arguments("method")
 def save_nir(
-    network: Network, path: Path | str, *, method: Method = "exact", overwrite: bool = False
+    network: Network, path: Path | str, *, method: Written = "exact", overwrite: bool = False
 ) -> None:
     """Write a network of cells that NIR has: ``IF_curr_delta`` and ``IF_curr_exp`` with static synapses.
 
@@ -144,8 +147,8 @@ def save_nir(
 
     path = path_of(path, NetworkError)
     check_free(path, overwrite=overwrite, error=NetworkError)
-    if method not in get_args(Method):
-        raise NetworkError(f"save_nir: method is '{method}'{did_you_mean(str(method), get_args(Method))}")
+    if method not in get_args(Written):
+        raise NetworkError(f"save_nir: method is '{method}'{did_you_mean(str(method), get_args(Written))}")
     if network.timestep_ms is None:
         raise NetworkError("save_nir: the network has no time step, which a file of NIR needs")
     if network.currents:
