@@ -47,3 +47,9 @@ def aligned_copy(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
     copied = memory[first : first + array.nbytes].view(array.dtype).reshape(array.shape)
     copied[...] = array
     return copied
+
+
+def address(array: npt.NDArray[Any]) -> int:
+    """Return the place of an array in memory, for compiled code; the caller keeps the array alive."""
+    place: int = array.__array_interface__["data"][0]
+    return place

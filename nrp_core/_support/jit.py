@@ -8,6 +8,7 @@ recursively. Their path does not matter, so a new environment with the same sour
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
 import logging
 from collections.abc import Callable, Iterator
@@ -208,6 +209,25 @@ if COMPILED:
         return arrays(arrays), generate
 
     @intrinsic  # type: ignore[untyped-decorator]
+    def array_at(_typing: Any, place: Any, n: Any, like: Any) -> Any:
+        """Return the array of ``n`` elements at a place in memory, of the type of another array."""
+        kind = types.Array(like.dtype, 1, "C")  # a global array, as the other may be, is constant
+
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            from numba.np.arrayobj import populate_array  # takes time to load, and only compiling needs it
+
+            view = context.make_array(kind)(context, builder)
+            itemsize = context.get_constant(
+                types.intp, context.get_abi_sizeof(context.get_data_type(like.dtype))
+            )
+            data = builder.inttoptr(arguments[0], view.data.type)
+            shape = [context.cast(builder, arguments[1], signature.args[1], types.intp)]
+            populate_array(view, data, shape, [itemsize], itemsize, meminfo=None)
+            return view._getvalue()
+
+        return kind(place, n, like), generate
+
+    @intrinsic  # type: ignore[untyped-decorator]
     def prefetch(_typing: Any, array: Any, index: Any, offset: Any) -> Any:
         """Prefetch the element of an array that will be needed soon, starting at a byte of it."""
 
@@ -258,6 +278,11 @@ else:
     def borrowed(arrays: A) -> A:
         """Return the array or arrays."""
         return arrays
+
+    def array_at(place: int, n: int, like: Any) -> Any:
+        """Return the array of ``n`` elements at a place in memory, of the type of another array."""
+        memory = (ctypes.c_char * (int(n) * like.itemsize)).from_address(int(place))
+        return np.frombuffer(memory, like.dtype)
 
     def fma(a: float, b: float, c: float) -> float:
         """Return ``a * b + c``."""

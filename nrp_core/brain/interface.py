@@ -11,7 +11,7 @@ from abc import abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from math import isfinite, prod
-from typing import Any, ClassVar, final
+from typing import TYPE_CHECKING, Any, ClassVar, final
 
 import numpy as np
 import numpy.typing as npt
@@ -50,7 +50,10 @@ from nrp_core.network.currents import Injections
 from nrp_core.network.data import LISTED, Network, Population, Projection
 from nrp_core.network.grid import Grid, nearest_ns
 from nrp_core.seeds import Seeds
-from nrp_core.simulation import Simulation, guarded
+from nrp_core.simulation import Simulation, State, guarded
+
+if TYPE_CHECKING:
+    from nrp_core.brain.together import Engines
 
 
 class Brain(Overview, Simulation):
@@ -567,6 +570,17 @@ class Brain(Overview, Simulation):
     def _require_snapshot(self) -> None:
         if not self.capabilities.snapshot:
             raise refusal(self, SNAPSHOTS)
+
+    @property
+    def _is_plain(self) -> bool:
+        """Whether nothing but its devices acts on it now, so that it can advance with others."""
+        return self.state is State.READY and not (self._began_ns or self._flowing)
+
+    def _engines(self) -> Engines:
+        """Return the primitives for many brains of this type."""
+        from nrp_core.brain.together import Engines
+
+        return Engines()
 
     # -- for backends: the operations that cannot be derived from others
 

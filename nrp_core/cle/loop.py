@@ -20,6 +20,7 @@ from nrp_core._support.machine import cores
 from nrp_core._support.stopwatch import work
 from nrp_core._support.time_limit import DEFAULT_S, DeferredInterrupt, TimeLimit, TimeLimitExceeded
 from nrp_core.brain.interface import Brain
+from nrp_core.brain.together import BrainBatch as BrainBatch
 from nrp_core.cle.latency import LoopPath, paths
 from nrp_core.cle.pacing import AsFastAsPossible, Pacing
 from nrp_core.cle.wiring import Wiring
@@ -234,15 +235,15 @@ class CoupledStep:
         self._thread = ThreadPoolExecutor(1, "brain")
         self._last_ns = 0
 
-    def advance(self, t_ns: int, account: TimeAccount, *, in_turn: bool = False) -> None:
-        """Bring both to ``t_ns``; with ``in_turn`` on the calling thread.
+    def advance(self, t_ns: int, account: TimeAccount) -> None:
+        """Bring both to ``t_ns``.
 
         Raises:
             BaseException: the exception of either side, after both have stopped.
         """
         began = work.now_ns()
         together = self._last_ns >= WORTH_A_THREAD_NS if self._concurrent is None else self._concurrent
-        if together and not in_turn:
+        if together:
             brain_ns, world_ns = self._together(t_ns)
         else:
             self._brain.run_until(t_ns)
@@ -409,9 +410,18 @@ class ClosedLoop(Closing):
         for hook in self.hooks.before_step:
             hook(self)
 
-    def advance_in_turn(self) -> None:
-        """Bring first the brain, then the world to the end of the step, on the calling thread."""
-        self._coupled.advance(self.now_ns + self.plan.period_ns, self.account, in_turn=True)
+    def advance_world(self, brain_ns: int) -> None:
+        """Bring the world to the time of the brain, which advanced with those of other loops.
+
+        Args:
+            brain_ns: the time that the brain took, ns.
+        """
+        began = work.now_ns()
+        self.world.run_until(self.brain.now_ns)
+        world_ns, account = work.now_ns() - began, self.account
+        account.brain_ns += brain_ns
+        account.world_ns += world_ns
+        account.both_ns += brain_ns + world_ns
 
     def end_step(self, *, together: bool = False) -> EndOfStep:
         """Run the functions and hooks after a step.

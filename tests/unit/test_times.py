@@ -30,7 +30,7 @@ ALLOWED = {
     "nrp_core/brain/devices/sinks.py": 2,
     "nrp_core/brain/devices/source_cells.py": 5,
     "nrp_core/brain/devices/sources.py": 1,
-    "nrp_core/brain/devices/trains.py": 2,
+    "nrp_core/brain/devices/train_kernel.py": 2,
     # ranges of keys
     "plugins/nrp-spynnaker/src/nrp_spynnaker/live/packets.py": 1,
 }

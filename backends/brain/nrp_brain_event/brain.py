@@ -36,11 +36,14 @@ from nrp_brain_event.options import EventOptions
 from nrp_brain_event.random_numbers import begin_streams
 from nrp_brain_event.records import CONSTANT, DIVERGED, DONE, FULL, Array, EngineArrays
 from nrp_brain_event.rewards import Tables, require_weights, rewards_of, wired
+from nrp_brain_event.together import EventEngines
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.jit import COMPILED
 from nrp_core._support.signals import end_if_asked
 from nrp_core.brain.devices.sinks import Trace
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.spikes import Spikes, SynapticEvents
+from nrp_core.brain.together import Engines
 from nrp_core.clock import from_milliseconds, milliseconds
 from nrp_core.network.changes import DOPAMINE, ParameterChange
 from nrp_core.network.data import Network, Projection
@@ -76,6 +79,13 @@ class EventBrain(Brain):
         """Continue with an engine."""
         self._engine, self._places = handle(engine)
         self._now_ms, self._stored = engine.clock["now"], StoredSpikes(engine.clock, engine.spikes)
+
+    @property
+    def _is_plain(self) -> bool:
+        return super()._is_plain and not self._ahead
+
+    def _engines(self) -> Engines:
+        return EventEngines() if COMPILED and self._rewards is None else super()._engines()
 
     def _do_run_until(self, t_ns: int) -> None:
         if self._rewards is None:

@@ -20,7 +20,7 @@ from nrp_core.brain.spikes import NO_SPIKES, Spikes
 from nrp_core.errors import NetworkError
 from nrp_core.network.data import Network
 
-_MOST_SORTED: Final = 256
+MOST_SORTED: Final = 256
 """Spikes for which a plain sort is fast enough; more are sorted by NumPy."""
 
 
@@ -62,7 +62,7 @@ class StoredSpikes:
         if not n:
             return NO_SPIKES
         self._n[0] = 0
-        if 1 < n <= _MOST_SORTED:
+        if 1 < n <= MOST_SORTED:
             sort_spikes(self._spikes, n)
         return Spikes(self._ids[:n].copy(), self._times_ms[:n].copy())
 

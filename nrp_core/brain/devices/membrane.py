@@ -12,13 +12,17 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.arrays import FloatArray, IntArray, address
 from nrp_core.network.filters import MembraneKernel
 
 _CONSTANTS: Final = ("alpha", "tau_m_ms", "tau_syn_ms", "cm_nf", "settled_mv")
 _CHANGING: Final = ("at_ms", "current", "slope", "above")
-_FIELDS: Final = [("waiting", "i8"), *((name, "f8") for name in (*_CONSTANTS, *_CHANGING))]
-_DTYPE: Final = np.dtype((np.record, _FIELDS))
+_PLACES: Final = ("waiting", "queue", "room", "received", "weights", "n_neurons", "active")
+_FLOATS: Final = (*_CONSTANTS, *_CHANGING, "delay_ms", "now_ms")
+MEMBRANE: Final = np.dtype(
+    (np.record, [*((name, "i8") for name in _PLACES), *((name, "f8") for name in _FLOATS)])
+)
+"""The state of a membrane, see :mod:`nrp_core.brain.devices.membrane_kernel`."""
 _ROOM: Final = 8
 
 
@@ -27,67 +31,89 @@ class LeakyMembrane:
 
     Spikes are added with their arrival times, in any order but not before the last read. A read at ``t`` sees
     those that arrived at or before ``t``.
+
+    Attributes:
+        record: the state, an array of one record.
+        place: its address.
     """
 
     def __init__(self, kernel: MembraneKernel) -> None:
-        self._state = np.zeros(1, _DTYPE)
+        self.record = np.zeros(1, MEMBRANE)
+        self.place = address(self.record)
         for name in _CONSTANTS:
-            self._state[name] = getattr(kernel, name)
-        self._state["above"] = kernel.v_rest_mv - kernel.settled_mv
-        self._queue = np.empty((2, _ROOM))
+            self.record[name] = getattr(kernel, name)
+        self._above_mv = kernel.v_rest_mv - kernel.settled_mv
         self._compiled: Any = None  # loaded at the first spike
+        self._set_queue(np.empty((2, _ROOM)))
+        self.reset()
+
+    def connect(self, weights: FloatArray, received: npt.NDArray[np.bool_], delay_ms: float) -> None:
+        """Set the weight of each neuron, nA, whether its spikes are received, and the delay of all."""
+        self._weights, self._received = weights, received  # the record has their addresses
+        self.record["weights"], self.record["received"] = address(weights), address(received)
+        self.record["n_neurons"], self.record["delay_ms"] = len(weights), delay_ms
+
+    def reset(self) -> None:
+        """Return to the state at time 0."""
+        for name in (*_CHANGING, "waiting", "now_ms"):
+            self.record[name] = 0
+        self.record["above"] = self._above_mv
 
     def push(self, arrivals_ms: npt.ArrayLike, weights: npt.ArrayLike) -> None:
         """Add spikes: arrival times, ms, and weights, nA, shape ``(n,)``."""
-        times, each = np.asarray(arrivals_ms, float), np.asarray(weights, float)
-        self.receive(np.arange(len(times)), times, np.ones(len(times), np.bool_), each, 0.0)
+        first, times = self.record["waiting"].item(0), np.asarray(arrivals_ms, float)
+        last = first + len(times)
+        while last > self._queue.shape[1]:
+            self.grow()
+        self._queue[0, first:last], self._queue[1, first:last] = times, weights
+        self.record["waiting"] = last
+        self._load()
 
-    def receive(
-        self,
-        neurons: IntArray,
-        times_ms: FloatArray,
-        chosen: npt.NDArray[np.bool_],
-        weights: FloatArray,
-        delay_ms: float,
-    ) -> None:
-        """Add the spikes of chosen neurons, which arrive after a delay.
+    def receive(self, neurons: IntArray, times_ms: FloatArray) -> None:
+        """Add those spikes of neurons that the membrane receives: the neuron of each, and its time, ms."""
+        while not self._load().enqueue(self.place, neurons, times_ms):
+            self.grow()
 
-        Args:
-            neurons: the neuron of each spike, shape ``(n,)``.
-            times_ms: its time, ms.
-            chosen: whether a neuron is chosen, by its number.
-            weights: its weight, nA.
-            delay_ms: the delay, ms.
-        """
+    def grow(self) -> None:
+        """Make room for twice as many waiting spikes."""
+        room = np.empty((2, 2 * self._queue.shape[1]))
+        room[:, : self._queue.shape[1]] = self._queue
+        self._set_queue(room)
+
+    def place_for_spikes(self) -> int:
+        """Return the address of the record for compiled code, which may add spikes from now on."""
+        self._load()
+        return self.place
+
+    def _set_queue(self, queue: FloatArray) -> None:
+        self._queue = queue
+        self.record["queue"], self.record["room"] = address(queue), queue.shape[1]
+
+    def _load(self) -> Any:
         if self._compiled is None:
             from nrp_core.brain.devices import membrane_kernel
 
             self._compiled = membrane_kernel
-        while not self._compiled.enqueue(
-            self._state, self._queue, neurons, times_ms, chosen, weights, delay_ms
-        ):
-            room = np.empty((2, 2 * self._queue.shape[1]))
-            room[:, : self._queue.shape[1]] = self._queue
-            self._queue = room
+        return self._compiled
 
     def voltage_mv(self, t_ms: float) -> float:
         """Return the voltage at ``t_ms``, including all spikes that have arrived by then."""
         if self._compiled is None:
-            rest = self._state[0]
+            rest = self.record[0]
             return float(rest["settled_mv"] + rest["above"] * exp(-t_ms / rest["tau_m_ms"]))
-        voltage: float = self._compiled.voltage_mv(self._state, self._queue, t_ms)
+        voltage: float = self._compiled.voltage_mv(self.place, t_ms)
         return voltage
 
     def state(self) -> tuple[float, float, float, float, list[tuple[float, float]]]:
         """Return the state for a snapshot."""
-        at_ms, current, slope, above = (self._state[name].item() for name in _CHANGING)
-        times, weights = self._queue[:, : self._state["waiting"][0]].tolist()
+        at_ms, current, slope, above = (self.record[name].item() for name in _CHANGING)
+        times, weights = self._queue[:, : self.record["waiting"][0]].tolist()
         return at_ms, current, slope, above, list(zip(times, weights, strict=True))
 
     def restore(self, state: tuple[float, float, float, float, list[tuple[float, float]]]) -> None:
         """Restore a state."""
         *changing, pending = state
         for name, value in zip(_CHANGING, changing, strict=True):
-            self._state[name] = value
-        self._state["waiting"] = 0
+            self.record[name] = value
+        self.record["waiting"] = 0
         self.push(*np.reshape(pending, (-1, 2)).T)

@@ -1,4 +1,4 @@
-"""The passage of spikes through a filter, compiled; each state is an array of one record.
+"""The passage of spikes through a filter, compiled.
 
 See :class:`~nrp_core.brain.devices.membrane.LeakyMembrane`; importing this loads a compiler.
 """
@@ -6,43 +6,47 @@ See :class:`~nrp_core.brain.devices.membrane.LeakyMembrane`; importing this load
 from __future__ import annotations
 
 from math import e, exp
-from typing import Any
+from typing import Final
 
-import numpy.typing as npt
+import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core._support.jit import inlined, jit
+from nrp_core._support.jit import array_at, inlined, jit
+from nrp_core.brain.devices.membrane import MEMBRANE
 from nrp_core.network import filters
 
+_MEMBRANE: Final = np.zeros(1, MEMBRANE)
+_NUMBERS: Final = np.empty(0)
+_FLAGS: Final = np.empty(0, np.bool_)
+_COUNTS: Final = np.empty(0, np.int64)
 _driven = inlined(filters.driven)
 
 
 @jit
-def enqueue(
-    state: npt.NDArray[Any],
-    queue: FloatArray,
-    neurons: IntArray,
-    times_ms: FloatArray,
-    chosen: npt.NDArray[Any],
-    weights: FloatArray,
-    delay_ms: float,
-) -> bool:
-    """Add the spikes of chosen neurons to a queue, shape ``(2, room)``; false if they need more room."""
-    n = state[0].waiting
-    if n + len(neurons) > queue.shape[1]:
+def enqueue(membrane: int, neurons: IntArray, times_ms: FloatArray) -> bool:
+    """Add the spikes that a membrane, by its address, receives; false if they need more room."""
+    own = array_at(membrane, 1, _MEMBRANE)[0]
+    if own.waiting + len(neurons) > own.room:
         return False
+    queue = array_at(own.queue, 2 * own.room, _NUMBERS)
+    received = array_at(own.received, own.n_neurons, _FLAGS)
+    weights = array_at(own.weights, own.n_neurons, _NUMBERS)
     for k in range(len(neurons)):
-        if chosen[neurons[k]]:
-            queue[0, n], queue[1, n] = times_ms[k] + delay_ms, weights[neurons[k]]
-            n += 1
-    state[0].waiting = n
+        if received[neurons[k]]:
+            queue[own.waiting], queue[own.room + own.waiting] = (
+                times_ms[k] + own.delay_ms,
+                weights[neurons[k]],
+            )
+            own.waiting += 1
     return True
 
 
 @jit
-def voltage_mv(state: npt.NDArray[Any], queue: FloatArray, t_ms: float) -> float:
-    """Move a membrane to each spike that has arrived by a time, and return its voltage then."""
-    own, arrivals_ms, weights = state[0], queue[0], queue[1]
+def voltage_mv(membrane: int, t_ms: float) -> float:
+    """Move a membrane, by its address, to each spike that has arrived by a time; return its voltage then."""
+    own = array_at(membrane, 1, _MEMBRANE)[0]
+    queue = array_at(own.queue, 2 * own.room, _NUMBERS)
+    arrivals_ms, weights = queue[: own.room], queue[own.room :]
     gap = 1.0 / own.tau_syn_ms - 1.0 / own.tau_m_ms
     _sort(arrivals_ms, weights, own.waiting)
     arrived = 0
@@ -80,3 +84,39 @@ def _sort(arrivals_ms: FloatArray, weights: FloatArray, n: int) -> None:
             arrivals_ms[k], weights[k] = arrivals_ms[k - 1], weights[k - 1]
             k -= 1
         arrivals_ms[k], weights[k] = arrival_ms, weight
+
+
+@jit
+def receive_each(
+    membranes: IntArray,
+    until_ms: FloatArray,
+    ends: IntArray,
+    neurons: IntArray,
+    times_ms: FloatArray,
+    done: int,
+) -> int:
+    """Add the spikes of each brain to its membranes, shape ``(brains, membranes)``, from number ``done`` on.
+
+    Returns:
+        The number of the first membrane that needs more room, or of all.
+    """
+    n = membranes.shape[1]
+    for number in range(done, membranes.size):
+        i = number // n
+        membrane = membranes[i, number % n]
+        own = array_at(membrane, 1, _MEMBRANE)[0]
+        first, last = ends[i - 1] if i > 0 else 0, ends[i]
+        own.now_ms = until_ms[i]
+        if own.active and first < last and not enqueue(membrane, neurons[first:last], times_ms[first:last]):
+            return number
+    return membranes.size
+
+
+@jit
+def count_each(counters: IntArray, size: int, ends: IntArray, neurons: IntArray) -> None:
+    """Add the spikes of each brain to its counters, shape ``(brains, counters)``, by neuron."""
+    for i in range(len(counters)):
+        for k in range(counters.shape[1]):
+            counts = array_at(counters[i, k], size, _COUNTS)
+            for one in range(ends[i - 1] if i > 0 else 0, ends[i]):
+                counts[neurons[one]] += 1

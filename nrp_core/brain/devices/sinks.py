@@ -46,6 +46,16 @@ class SinkPort(ABC):
     unit: ClassVar[str] = ""
     passing: ClassVar[bool] = False
 
+    @property
+    def filtering(self) -> int:
+        """The address of the membrane that filters all its spikes; 0: it has none."""
+        return 0
+
+    @property
+    def counted(self) -> IntArray | None:
+        """The number of spikes of each neuron of the network, if it only counts them."""
+        return None
+
     def __init__(self, neurons: IntArray, n_neurons: int, name: str) -> None:
         self.neurons = neurons
         self.name = name
@@ -203,12 +213,38 @@ class _FilterPort(SinkPort):
         n_neurons: int,
         name: str,
     ) -> None:
+        self._kernel, self._delay_ms, self._membrane = kernel, delay_ms, LeakyMembrane(kernel)
         super().__init__(neurons, n_neurons, name)
-        self._kernel, self._delay_ms = kernel, delay_ms
         # A neuron that is chosen twice counts twice, as two synapses would.
         self._weights = np.bincount(neurons, minlength=n_neurons).astype(np.float64) * weight
+        self._membrane.connect(self._weights, self._received, delay_ms)
         self._synapses: ShortTermSynapses | None = None
-        self.reset()
+
+    @property
+    def active(self) -> bool:
+        """Whether it receives spikes."""
+        return bool(self._membrane.record["active"][0])
+
+    @active.setter
+    def active(self, active: bool) -> None:
+        self._membrane.record["active"] = active
+
+    @property
+    def filtering(self) -> int:
+        return 0 if self._synapses is not None else self._membrane.place_for_spikes()
+
+    @property
+    def _now_ms(self) -> float:
+        now_ms: float = self._membrane.record["now_ms"].item(0)
+        return now_ms
+
+    @_now_ms.setter
+    def _now_ms(self, now_ms: float) -> None:
+        self._membrane.record["now_ms"] = now_ms
+
+    def make_room(self) -> None:
+        """Make room for more spikes that wait."""
+        self._membrane.grow()
 
     def tire(self, synapse_type: Mapping[str, Any]) -> None:
         """Give each neuron a synapse with short-term plasticity."""
@@ -223,8 +259,7 @@ class _FilterPort(SinkPort):
     def reset(self) -> None:
         if self._synapses is not None:
             self._synapses.reset()
-        self._membrane = LeakyMembrane(self._kernel)
-        self._now_ms = 0.0
+        self._membrane.reset()
 
     def receive(self, spikes: Spikes, until_ms: float) -> None:
         if self._synapses is not None:
@@ -232,8 +267,7 @@ class _FilterPort(SinkPort):
             return
         self._now_ms = until_ms
         if self.active and len(spikes):
-            neurons, times_ms = spikes.neurons, spikes.times_ms
-            self._membrane.receive(neurons, times_ms, self._received, self._weights, self._delay_ms)
+            self._membrane.receive(spikes.neurons, spikes.times_ms)
 
     def _absorb(self, spikes: Spikes, until_ms: float) -> None:
         assert self._synapses is not None

@@ -12,11 +12,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from math import inf, isnan
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.arrays import FloatArray, IntArray, address
 from nrp_core._support.checked_arguments import is_number
 from nrp_core.brain.devices.ports import (
     NO_EVENTS,
@@ -36,10 +36,16 @@ from nrp_core.seeds import Seeds
 if TYPE_CHECKING:
     from nrp_core.brain.devices.short_term import ShortTermSynapses
 
-Time = TypeVar("Time", float, FloatArray)
-
 _BLOCK: Final = 256
 """Arrivals drawn at a time."""
+ANCHORS: Final = ("anchor_ms", "anchor_u", "anchored_rate")
+_NUMBERS: Final = ("rate", *ANCHORS, "last_u", "needed_u", "weight", "delay_ms")
+_PLACES: Final = ("u", "v", "n_drawn", "shares", "neurons", "n_neurons", "next", "n_due", "copies",
+                  "inhibitory", "active")  # fmt: skip
+TRAIN: Final = np.dtype(
+    (np.record, [*((name, "f8") for name in _NUMBERS), *((name, "i8") for name in _PLACES)])
+)
+"""The state of a source, see :mod:`nrp_core.brain.devices.train_kernel`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,16 +134,30 @@ class TrainPort(SourcePort):
     quantity, unit = "rate", "Hz"
 
     def __init__(self, spec: SpikeSourceSpec, neurons: IntArray, seeds: Seeds, name: str) -> None:
+        self.train = np.zeros(1, TRAIN)
+        self.place = address(self.train)
         super().__init__(neurons, name)
         self._spec = spec
         start_ns, duration_ns = nanoseconds([spec.start, spec.duration]).tolist()
         self._borders_ns = start_ns, start_ns + duration_ns
-        self._is_endless = start_ns <= 0 and spec.duration == inf
+        self.is_endless = start_ns <= 0 and spec.duration == inf
         self._rates = Setting("rate", len(neurons), least=0.0, most=MAX_RATE_HZ / spec.n)
-        self._weights = np.full(_BLOCK, spec.weight)
-        self._synapses: ShortTermSynapses | None = None
+        self.synapses: ShortTermSynapses | None = None
         self.asked = AskedRates()
+        self.train["weight"], self.train["delay_ms"] = spec.weight, spec.delay
+        self.train["inhibitory"] = spec.receptor_type == "inhibitory"
+        self._neurons = np.ascontiguousarray(neurons)  # the train has its address
+        self.train["neurons"], self.train["n_neurons"] = address(self._neurons), len(neurons)
         self.reset(seeds)
+
+    @property
+    def active(self) -> bool:
+        """Whether it emits spikes."""
+        return bool(self.train["active"][0])
+
+    @active.setter
+    def active(self, active: bool) -> None:
+        self.train["active"] = active
 
     def start(self, now_ms: float, network: Network) -> None:
         check_sign(self._spec.weight, self._spec.receptor_type, self.neurons, network)
@@ -150,13 +170,13 @@ class TrainPort(SourcePort):
         self._places = np.zeros(network.size, np.int64)
         self._places[self.neurons] = np.arange(len(self.neurons))
         taus = network.synaptic_times_ms(self.neurons, self._spec.receptor_type)
-        self._synapses = ShortTermSynapses(self._spec.synapse_type, taus)
+        self.synapses = ShortTermSynapses(self._spec.synapse_type, taus)
 
     def reset(self, seeds: Seeds) -> None:
-        if self._synapses is not None:
-            self._synapses.reset()
-        self._anchor_ms = self._anchor_u = 0.0
-        self._anchored_rate = 0.0
+        if self.synapses is not None:
+            self.synapses.reset()
+        for name in ANCHORS:
+            self.train[name] = 0.0
         self._reset_train(seeds)
         self.rate = self._spec.rate
         self.asked = AskedRates()
@@ -181,16 +201,14 @@ class TrainPort(SourcePort):
         n = len(times)
         if n == 0:
             return NO_EVENTS
-        if n > len(self._weights):
-            self._weights = np.full(2 * n, self._spec.weight)
-        weights = self._weights[:n]
-        if self._synapses is not None:
-            weights = weights * self._synapses.released(self._places[neurons], times)
+        weights = np.full(n, self._spec.weight)
+        if self.synapses is not None:
+            weights *= self.synapses.released(self._places[neurons], times)
         return SynapticEvents(neurons, times + self._spec.delay, weights, self._spec.receptor_type)
 
     def _between(self, since_ms: float, until_ms: float) -> tuple[FloatArray, IntArray]:
         """Return times and neurons of the spikes in a window."""
-        if self._is_endless:  # as usual
+        if self.is_endless:  # as usual
             return self._segment(since_ms, until_ms)
         since_ns, until_ns = from_milliseconds(since_ms), from_milliseconds(until_ms)
         cuts = [milliseconds(border_ns) for border_ns in self._borders_ns if since_ns < border_ns < until_ns]
@@ -203,46 +221,47 @@ class TrainPort(SourcePort):
     def _segment(self, since_ms: float, until_ms: float) -> tuple[FloatArray, IntArray]:
         """Return times and neurons of the spikes in an interval within which the rate is constant."""
         start_ns, stop_ns = self._borders_ns
-        on = self.active and (self._is_endless or start_ns <= from_milliseconds(since_ms) < stop_ns)
-        rate = self._operational_rate if on else 0.0
-        if rate != self._anchored_rate:
-            self._anchor_u += self._anchored_rate * (since_ms - self._anchor_ms) * 1e-3
-            self._anchor_ms, self._anchored_rate = since_ms, rate
-        if rate == 0.0:
+        on = self.is_endless or start_ns <= from_milliseconds(since_ms) < stop_ns
+        n = self.due(since_ms, until_ms, on)
+        if not n:
             return NO_EVENTS.times_ms, NO_EVENTS.neurons
-        return self._take(until_ms)
+        times_ms, neurons = np.empty(n), np.empty(n, np.int64)
+        self._kernel().take(self.place, times_ms, neurons)
+        return times_ms, neurons
 
-    def _operational(self, t_ms: float) -> float:
-        """Operational time, to rounding, of a real time at the current rate."""
-        return self._anchor_u + (t_ms - self._anchor_ms) * self._anchored_rate * 1e-3
+    def due(self, since_ms: float, until_ms: float, on: bool = True) -> int:
+        """Return the number of spikes in an interval within which the rate is constant."""
+        n: int
+        while (n := self._kernel().due(self.place, since_ms, until_ms, on)) < 0:
+            self.draw()
+        return n
 
-    def _real_ms(self, u: Time) -> Time:
-        """Real times of operational times at the current rate."""
-        return self._anchor_ms + (u - self._anchor_u) * (1e3 / self._anchored_rate)
+    def _kernel(self) -> Any:
+        from nrp_core.brain.devices import train_kernel  # imported here since it loads a compiler
+
+        return train_kernel
+
+    def draw(self) -> None:
+        """Draw the arrivals that the compiled code lacks."""
 
     def save(self) -> object:
-        anchors = (self._anchor_ms, self._anchor_u, self._anchored_rate)
-        synapses = None if self._synapses is None else self._synapses.save()
+        anchors = tuple(self.train[name].item() for name in ANCHORS)
+        synapses = None if self.synapses is None else self.synapses.save()
         return self._rates.value, self.active, anchors, self._save_train(), synapses
 
     def restore(self, saved: Any) -> None:
         self.rate, self.active, anchors, train, synapses = saved
-        if self._synapses is not None:
-            self._synapses.restore(synapses)
-        self._anchor_ms, self._anchor_u, self._anchored_rate = anchors
+        if self.synapses is not None:
+            self.synapses.restore(synapses)
+        for name, value in zip(ANCHORS, anchors, strict=True):
+            self.train[name] = value
         self._restore_train(train)
-
-    _operational_rate: float
-    """Rate of the whole train, Hz."""
 
     @abstractmethod
     def _rates_changed(self) -> None: ...
 
     @abstractmethod
     def _reset_train(self, seeds: Seeds) -> None: ...
-
-    @abstractmethod
-    def _take(self, until_ms: float) -> tuple[FloatArray, IntArray]: ...
 
     @abstractmethod
     def _save_train(self) -> object: ...
@@ -254,79 +273,43 @@ class TrainPort(SourcePort):
 class PoissonPort(TrainPort):
     """Poisson trains: one superposition of all; each arrival is assigned to a random neuron."""
 
-    _chosen: IntArray | None
-    """The neurons of the arrivals drawn so far, valid while the rates keep their ratios."""
-
-    def __init__(self, spec: SpikeSourceSpec, neurons: IntArray, seeds: Seeds, name: str) -> None:
-        self._equal_shares = self._shares = np.arange(1, len(neurons) + 1) / max(1, len(neurons))
-        super().__init__(spec, neurons, seeds, name)
-
     def _rates_changed(self) -> None:
         if self._rates.common is not None:
             total = self._rates.common * len(self.neurons)
-            self._share_out(self._equal_shares)
+            self.train["shares"] = 0
         else:
             total = float(self._rates.each.sum())
-            self._share_out(np.cumsum(self._rates.each) / total)
-        self._operational_rate = total * self._spec.n
-
-    def _share_out(self, shares: FloatArray) -> None:
-        """Assign each arrival to a neuron by the cumulative shares of the neurons."""
-        if shares is not self._shares:
-            self._shares, self._chosen = shares, None
+            self._shares = np.cumsum(self._rates.each) / total  # cumulative; the train has its address
+            self.train["shares"] = address(self._shares)
+        self.train["rate"] = total * self._spec.n
 
     def _reset_train(self, seeds: Seeds) -> None:
         self._rng = seeds.stream(self.name)
-        self._u, self._v = np.empty(0), np.empty(0)
-        self._chosen = None
-        self._next = 0
-        self._last_u = 0.0
+        self._set_arrivals(np.empty(0), np.empty(0), 0.0)
 
-    def _take(self, until_ms: float) -> tuple[FloatArray, IntArray]:
-        guess = self._operational(until_ms)
-        if self._last_u <= guess + 1.0:
-            self._draw_beyond(guess + 1.0)  # ensures that the last arrival is not due yet
-        real_ms, u = self._real_ms, self._u
-        first, last = self._next, int(u.searchsorted(guess, "right"))
-        while real_ms(u.item(last)) <= until_ms:  # the estimate has rounding errors; the exact times decide
-            last += 1
-        while last > first and real_ms(u.item(last - 1)) > until_ms:
-            last -= 1
-        if first == last:
-            return NO_EVENTS.times_ms, NO_EVENTS.neurons
-        if self._chosen is None:
-            self._chosen = self.neurons.take(self._assigned(self._v), mode="clip")
-        self._next = last
-        return real_ms(u[first:last]), self._chosen[first:last]
+    def _set_arrivals(self, u: FloatArray, v: FloatArray, last_u: float) -> None:
+        """Continue with operational times of arrivals, and the random numbers that choose their neurons."""
+        self._u, self._v = np.ascontiguousarray(u), np.ascontiguousarray(v)
+        self.train["u"], self.train["v"], self.train["n_drawn"] = address(self._u), address(self._v), len(u)
+        self.train["last_u"], self.train["next"] = last_u, 0
 
-    def _assigned(self, v: FloatArray) -> IntArray:
-        """Return the places of random shares among the cumulative shares of the neurons."""
-        shares = self._shares
-        if shares is not self._equal_shares:
-            return shares.searchsorted(v, "right")
-        found: IntArray = np.minimum((v * len(shares)).astype(np.int64), len(shares) - 1)
-        found += shares[found] <= v  # the product has rounding errors; the shares decide
-        found -= (found > 0) & (shares[found - 1] > v)
-        return found
-
-    def _draw_beyond(self, u: float) -> None:
-        times, shares = [self._u[self._next :]], [self._v[self._next :]]
-        while self._last_u <= u:
-            times.append(self._last_u + self._rng.standard_exponential(_BLOCK).cumsum())
+    def draw(self) -> None:
+        train = self.train[0]
+        times, shares, last_u = [self._u[train["next"] :]], [self._v[train["next"] :]], train["last_u"].item()
+        while last_u <= train["needed_u"]:
+            times.append(last_u + self._rng.standard_exponential(_BLOCK).cumsum())
             shares.append(self._rng.random(_BLOCK))
-            self._last_u = float(times[-1][-1])
-        self._u, self._v = np.concatenate(times), np.concatenate(shares)
-        self._chosen = None
-        self._next = 0
+            last_u = float(times[-1][-1])
+        self._set_arrivals(np.concatenate(times), np.concatenate(shares), last_u)
 
     def _save_train(self) -> object:
-        rest = slice(self._next, None)
-        return self._rng.bit_generator.state, self._u[rest].copy(), self._v[rest].copy(), self._last_u
+        rest = slice(self.train["next"].item(), None)
+        last_u = self.train["last_u"].item()
+        return self._rng.bit_generator.state, self._u[rest].copy(), self._v[rest].copy(), last_u
 
     def _restore_train(self, saved: Any) -> None:
-        self._rng.bit_generator.state, self._u, self._v, self._last_u = saved
-        self._chosen = None
-        self._next = 0
+        self._rng.bit_generator.state, *arrivals = saved
+        self._set_arrivals(*arrivals)
 
 
 class FixedFrequencyPort(TrainPort):
@@ -335,21 +318,13 @@ class FixedFrequencyPort(TrainPort):
     def _rates_changed(self) -> None:
         if self._rates.common is None:
             raise ValueError("a fixed-frequency source has one rate; use a device group for several")
-        self._operational_rate = self._rates.common
+        self.train["rate"] = self._rates.common
 
     def _reset_train(self, seeds: Seeds) -> None:
-        self._next = 1
-
-    def _take(self, until_ms: float) -> tuple[FloatArray, IntArray]:
-        u = np.arange(self._next, int(self._operational(until_ms)) + 2, dtype=float)
-        times = self._real_ms(u)
-        n = int(times.searchsorted(until_ms, "right"))
-        self._next += n
-        repeats = self._spec.n * len(self.neurons)
-        return times[:n].repeat(repeats), np.tile(self.neurons.repeat(self._spec.n), n)
+        self.train["copies"], self.train["next"] = self._spec.n, 1
 
     def _save_train(self) -> object:
-        return self._next
+        return self.train["next"].item()
 
     def _restore_train(self, saved: Any) -> None:
-        self._next = saved
+        self.train["next"] = saved

@@ -106,6 +106,10 @@ class SpikeCounterPort(SinkPort):
         self._uncounted: list[IntArray] = []
         self._reached: IntArray | None = None
 
+    @property
+    def counted(self) -> IntArray | None:
+        return self._sums if self.active and self._receives_all else None
+
     def activity(self, network: Network) -> dict[str, int]:
         """Return the number of all spikes, and of the synapses that they reached."""
         if self._reached is None:

@@ -332,7 +332,8 @@ def test_equal_neurons_have_equal_shares_of_all_arrivals(n: int) -> None:
     below, above = np.nextafter(borders, -1.0)[1:], np.nextafter(borders, 1.0)
     port = opened(PoissonSource(rate=1.0), *range(n))
     for values, last in ((borders, 0), (above, 0), (below, 1)):
-        assert port._assigned(values).tolist() == list(range(n - last))
+        port._set_arrivals(np.append(np.zeros(len(values)), 1e6), np.append(values, 0.0), 1e6)
+        assert port.events(0.0, 1.0).neurons.tolist() == list(range(n - last))
 
 
 def test_unknown_source_cells_are_refused(golden: Golden) -> None:

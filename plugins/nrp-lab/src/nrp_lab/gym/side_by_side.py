@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import inspect
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -10,7 +11,7 @@ from functools import partial
 from typing import Any, TypeAlias
 
 from nrp_core.brain import Closing
-from nrp_core.cle.loop import ClosedLoop, EndOfStep, VectorizedCall, call_for_copies
+from nrp_core.cle.loop import BrainBatch, ClosedLoop, EndOfStep, VectorizedCall, call_for_copies
 from nrp_core.utilities import time_limit
 
 Waiting: TypeAlias = tuple[EndOfStep, VectorizedCall]
@@ -32,6 +33,8 @@ class SideBySide(Closing):
     def __init__(self, threads: int = 1) -> None:
         self.threads = threads
         self._pool = ThreadPoolExecutor(threads, "copies") if threads > 1 else None
+        self._brains = [BrainBatch() for _ in range(threads)]
+        self._has_frozen = False
 
     def step(self, loops: Sequence[ClosedLoop]) -> dict[int, Exception]:
         """Take one step of each loop; one that fails does not stop the others.
@@ -41,60 +44,66 @@ class SideBySide(Closing):
         """
         if not loops:
             return {}
+        if not self._has_frozen:
+            gc.freeze()  # the collector would visit the objects of all copies again and again
+            self._has_frozen = True
         limit = loops[0].time_limit
         for loop in loops:
             loop.time_limit = limit  # a limit of its own for each would be a thread for each
         failed: dict[int, Exception] = {}
         with time_limit.DeferredInterrupt(), limit.watching():
-            if self._pool is None:  # a loop at a time, while the data of its sides are in the fastest caches
-                waiting = self._each(dict(enumerate(partial(_step, loop) for loop in loops)), failed)
-            else:
-                for part, pool in ((ClosedLoop.begin_step, None), (ClosedLoop.advance_in_turn, self._pool)):
-                    self._each({n: partial(part, loop) for n, loop in enumerate(loops)}, failed, pool)
-                waiting = self._each({n: partial(_end, loop) for n, loop in enumerate(loops)}, failed)
+            self._each({n: loop.begin_step for n, loop in enumerate(loops)}, failed)
+            going = [n for n in range(len(loops)) if n not in failed]
+            shares = [going[first :: self.threads] for first in range(self.threads)]
+            work = partial(self._advance, loops, failed)
+            list((map if self._pool is None else self._pool.map)(work, self._brains, shares))
+            waiting = self._each({n: partial(_end, loop) for n, loop in enumerate(loops)}, failed)
             while waiting:
                 waiting |= self._each(_continuations(waiting, limit), failed)
         for number in failed:
             loops[number].is_stepping = False
         return dict(sorted(failed.items()))
 
+    def _advance(
+        self,
+        loops: Sequence[ClosedLoop],
+        failed: dict[int, Exception],
+        together: BrainBatch,
+        share: Sequence[int],
+    ) -> None:
+        """Advance the brains of some loops together, then each of their worlds."""
+        chosen = [loops[number] for number in share]
+        began = time.perf_counter_ns()
+        ends_ns = [loop.now_ns + loop.plan.period_ns for loop in chosen]
+        errors = together.run_until([loop.brain for loop in chosen], ends_ns)
+        failed |= {share[place]: error for place, error in errors.items()}
+        each_ns = (time.perf_counter_ns() - began) // max(1, len(chosen))
+        self._each({n: partial(loops[n].advance_world, each_ns) for n in share}, failed)
+
     def close(self) -> None:
         """End the threads."""
+        if self._has_frozen:
+            gc.unfreeze()
         if self._pool is not None:
             self._pool.shutdown()
 
     def _each(
-        self,
-        parts: Mapping[int, Callable[[], Waiting | None]],
-        failed: dict[int, Exception],
-        pool: ThreadPoolExecutor | None = None,
+        self, parts: Mapping[int, Callable[[], Waiting | None]], failed: dict[int, Exception]
     ) -> dict[int, Waiting]:
-        """Take a part of the step of each loop that has not failed, on the threads of the pool, if any.
+        """Take a part of the step of each loop that has not failed.
 
         Returns:
             The loops that wait for a call.
         """
         waiting: dict[int, Waiting] = {}
-
-        def work(share: Sequence[int]) -> None:
-            for number in share:
-                if number not in failed:
-                    try:
-                        if (waits := parts[number]()) is not None:
-                            waiting[number] = waits
-                    except Exception as error:  # noqa: BLE001 - the caller decides about each loop
-                        failed[number] = error
-
-        n = self.threads if pool is not None else 1
-        shares = [[*parts][first::n] for first in range(n)]
-        list(pool.map(work, shares) if pool is not None else map(work, shares))
+        for number, part in parts.items():
+            if number not in failed:
+                try:
+                    if (waits := part()) is not None:
+                        waiting[number] = waits
+                except Exception as error:  # noqa: BLE001 - the caller decides about each loop
+                    failed[number] = error
         return waiting
-
-
-def _step(loop: ClosedLoop) -> Waiting | None:
-    loop.begin_step()
-    loop.advance_in_turn()
-    return _end(loop)
 
 
 def _end(loop: ClosedLoop) -> Waiting | None:
