@@ -155,7 +155,10 @@ def invalid_field(value: Any) -> str | None:
 
 
 def holds_finite_floats(value: Any) -> bool:
-    """Return whether all fields are finite floats or messages of finite floats, faster than by field."""
+    """Return whether all fields are finite floats, or messages of them, faster than by field.
+
+    Integers are as good as floats, of which they have the size.
+    """
     cls: type = type(value)
     quick = _all_floats(cls)
     if quick is None:
@@ -165,7 +168,12 @@ def holds_finite_floats(value: Any) -> bool:
         held = read(value)
     except AttributeError:  # a field holds a message of another type
         return False
-    return tuple(map(type, held)) == kinds and isfinite(sum(held[first:]))
+    found = tuple(map(type, held))
+    if found == kinds:
+        return isfinite(sum(held[first:]))
+    if found[:first] != kinds[:first] or not {*found[first:]} <= {int, float}:
+        return False
+    return all(-_LARGEST <= number <= _LARGEST for number in held[first:])
 
 
 _MOST_WITHIN = 100
