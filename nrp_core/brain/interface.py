@@ -11,7 +11,7 @@ from abc import abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from math import isfinite, prod
-from typing import TYPE_CHECKING, Any, ClassVar, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 import numpy.typing as npt
@@ -31,6 +31,7 @@ from nrp_core.brain.devices.sinks import (
 )
 from nrp_core.brain.devices.source_cells import PopulationTrains
 from nrp_core.brain.devices.sources import SourcePort, SourceSpec
+from nrp_core.brain.engines import Engines
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import milliseconds
 from nrp_core.errors import DivergedError, NetworkError
@@ -51,9 +52,6 @@ from nrp_core.network.data import LISTED, Network, Population, Projection
 from nrp_core.network.grid import Grid, nearest_ns
 from nrp_core.seeds import Seeds
 from nrp_core.simulation import Simulation, State, guarded
-
-if TYPE_CHECKING:
-    from nrp_core.brain.together import Engines
 
 
 class Brain(Overview, Simulation):
@@ -578,8 +576,6 @@ class Brain(Overview, Simulation):
 
     def _engines(self) -> Engines:
         """Return the primitives for many brains of this type."""
-        from nrp_core.brain.together import Engines
-
         return Engines()
 
     # -- for backends: the operations that cannot be derived from others

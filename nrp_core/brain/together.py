@@ -6,9 +6,8 @@ same order. A brain with currents, recorders of state or source populations adva
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,63 +15,11 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray, address
 from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.brain.devices.trains import TrainPort
+from nrp_core.brain.engines import Engines, Failures, note_failure
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.spikes import NO_SPIKES, Spikes, SynapticEvents
 from nrp_core.clock import milliseconds
 from nrp_core.errors import DivergedError
-
-Failures = dict[int, Exception]
-"""Errors by the number of the brain."""
-
-
-def note_failure(failed: Failures, number: int, call: Callable[[], object]) -> None:
-    """Make a call for a brain; its error does not stop the others."""
-    try:
-        call()
-    except Exception as error:  # noqa: BLE001 - the caller decides about each brain
-        failed[number] = error
-
-
-class Engines:
-    """Calls the primitives of brains one after the other; backends may have faster ones."""
-
-    def inject(
-        self, brains: Sequence[Any], counts: IntArray, events: SynapticEvents, kinds: IntArray
-    ) -> Failures:
-        """Deliver events.
-
-        Args:
-            brains: the brains.
-            counts: how many events each source of each brain has, shape ``(brains, sources)``.
-            events: all events, in this order; their receptor does not count.
-            kinds: 1 for each event that inhibits, else 0.
-        """
-        borders, failed = [0, *np.cumsum(counts).tolist()], Failures()
-        for number, (first, last) in enumerate(pairwise(borders)):
-            brain = number // counts.shape[1]
-            if first < last and brain not in failed:
-                own = slice(first, last)
-                receptor = "inhibitory" if kinds[first] else "excitatory"
-                part = SynapticEvents(
-                    events.neurons[own], events.times_ms[own], events.weights[own], receptor
-                )
-                note_failure(failed, brain, partial(brains[brain]._do_inject, part))
-        return failed
-
-    def run(self, brains: Sequence[Any], times_ns: Sequence[int]) -> Failures:
-        """Bring each brain to its time."""
-        failed: Failures = {}
-        for number, (brain, t_ns) in enumerate(zip(brains, times_ns, strict=True)):
-            note_failure(failed, number, partial(brain._do_run_until, t_ns))
-        return failed
-
-    def take(self, brains: Sequence[Any]) -> tuple[IntArray, Spikes]:
-        """Return and clear the new spikes: where those of each brain end, and all of them."""
-        parts = [Spikes.merged([brain._do_take_spikes()]) for brain in brains]
-        neurons = np.concatenate([part.neurons for part in parts])
-        return np.cumsum([*map(len, parts)]), Spikes(
-            neurons, np.concatenate([part.times_ms for part in parts])
-        )
 
 
 class _Row:

@@ -41,9 +41,9 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import COMPILED
 from nrp_core._support.signals import end_if_asked
 from nrp_core.brain.devices.sinks import Trace
+from nrp_core.brain.engines import Engines
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.spikes import Spikes, SynapticEvents
-from nrp_core.brain.together import Engines
 from nrp_core.clock import from_milliseconds, milliseconds
 from nrp_core.network.changes import DOPAMINE, ParameterChange
 from nrp_core.network.data import Network, Projection

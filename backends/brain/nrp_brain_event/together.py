@@ -14,8 +14,8 @@ from nrp_brain_event.records import DONE, Array, EngineArrays
 from nrp_core._support.arrays import IntArray, address
 from nrp_core._support.jit import array_at, jit
 from nrp_core._support.signals import end_if_asked
+from nrp_core.brain.engines import Engines, Failures
 from nrp_core.brain.spikes import NO_SPIKES, Spikes, SynapticEvents
-from nrp_core.brain.together import Engines, Failures
 from nrp_core.clock import milliseconds
 
 _PLACES: Final = np.empty(0, np.int64)

@@ -13,16 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IntArray, address
+from nrp_core.brain.devices.records import CHANGING, CONSTANTS, MEMBRANE
 from nrp_core.network.filters import MembraneKernel
 
-_CONSTANTS: Final = ("alpha", "tau_m_ms", "tau_syn_ms", "cm_nf", "settled_mv")
-_CHANGING: Final = ("at_ms", "current", "slope", "above")
-_PLACES: Final = ("waiting", "queue", "room", "received", "weights", "n_neurons", "active")
-_FLOATS: Final = (*_CONSTANTS, *_CHANGING, "delay_ms", "now_ms")
-MEMBRANE: Final = np.dtype(
-    (np.record, [*((name, "i8") for name in _PLACES), *((name, "f8") for name in _FLOATS)])
-)
-"""The state of a membrane, see :mod:`nrp_core.brain.devices.membrane_kernel`."""
 _ROOM: Final = 8
 
 
@@ -40,7 +33,7 @@ class LeakyMembrane:
     def __init__(self, kernel: MembraneKernel) -> None:
         self.record = np.zeros(1, MEMBRANE)
         self.place = address(self.record)
-        for name in _CONSTANTS:
+        for name in CONSTANTS:
             self.record[name] = getattr(kernel, name)
         self._above_mv = kernel.v_rest_mv - kernel.settled_mv
         self._compiled: Any = None  # loaded at the first spike
@@ -55,7 +48,7 @@ class LeakyMembrane:
 
     def reset(self) -> None:
         """Return to the state at time 0."""
-        for name in (*_CHANGING, "waiting", "now_ms"):
+        for name in (*CHANGING, "waiting", "now_ms"):
             self.record[name] = 0
         self.record["above"] = self._above_mv
 
@@ -106,14 +99,14 @@ class LeakyMembrane:
 
     def state(self) -> tuple[float, float, float, float, list[tuple[float, float]]]:
         """Return the state for a snapshot."""
-        at_ms, current, slope, above = (self.record[name].item() for name in _CHANGING)
+        at_ms, current, slope, above = (self.record[name].item() for name in CHANGING)
         times, weights = self._queue[:, : self.record["waiting"][0]].tolist()
         return at_ms, current, slope, above, list(zip(times, weights, strict=True))
 
     def restore(self, state: tuple[float, float, float, float, list[tuple[float, float]]]) -> None:
         """Restore a state."""
         *changing, pending = state
-        for name, value in zip(_CHANGING, changing, strict=True):
+        for name, value in zip(CHANGING, changing, strict=True):
             self.record[name] = value
         self.record["waiting"] = 0
         self.push(*np.reshape(pending, (-1, 2)).T)

@@ -12,7 +12,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import array_at, inlined, jit
-from nrp_core.brain.devices.membrane import MEMBRANE
+from nrp_core.brain.devices.records import MEMBRANE
 from nrp_core.network import filters
 
 _MEMBRANE: Final = np.zeros(1, MEMBRANE)

@@ -11,7 +11,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import array_at, inlined, jit
-from nrp_core.brain.devices.trains import TRAIN
+from nrp_core.brain.devices.records import TRAIN
 
 _TRAIN: Final = np.zeros(1, TRAIN)
 _FLOATS: Final = np.empty(0)

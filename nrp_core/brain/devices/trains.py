@@ -27,6 +27,7 @@ from nrp_core.brain.devices.ports import (
     check_sign,
     check_synapse,
 )
+from nrp_core.brain.devices.records import ANCHORS, TRAIN
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.clock import from_milliseconds, milliseconds, nanoseconds
 from nrp_core.network.data import Network
@@ -38,14 +39,6 @@ if TYPE_CHECKING:
 
 _BLOCK: Final = 256
 """Arrivals drawn at a time."""
-ANCHORS: Final = ("anchor_ms", "anchor_u", "anchored_rate")
-_NUMBERS: Final = ("rate", *ANCHORS, "last_u", "needed_u", "weight", "delay_ms")
-_PLACES: Final = ("u", "v", "n_drawn", "shares", "neurons", "n_neurons", "next", "n_due", "copies",
-                  "inhibitory", "active")  # fmt: skip
-TRAIN: Final = np.dtype(
-    (np.record, [*((name, "f8") for name in _NUMBERS), *((name, "i8") for name in _PLACES)])
-)
-"""The state of a source, see :mod:`nrp_core.brain.devices.train_kernel`."""
 
 
 @dataclass(frozen=True, slots=True)
