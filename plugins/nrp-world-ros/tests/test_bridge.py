@@ -7,9 +7,11 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from nrp_core.world import Scene
 from rosbags.highlevel import AnyReader
 
 from conftest import Ros, needs_ros
+from nrp_world_ros import RosBackend, RosOptions
 
 pytestmark = [needs_ros, pytest.mark.slow]
 
@@ -31,7 +33,7 @@ def test_nodes_of_ros_see_the_robot_and_drive_it(bridged: Ros) -> None:
     driver.terminate()
 
 
-def test_rosbag_records_what_another_reader_understands(bridged: Ros) -> None:
+def test_rosbag_records_what_another_reader_understands_and_this_one_plays(bridged: Ros) -> None:
     ros = bridged
     topics = ["/clock", "/tf", "/tf_static", "/husky/odom", "/husky/camera"]
     ros.run("rosbag", "record", "-O", "seen", "--duration", "3", *topics)
@@ -47,6 +49,11 @@ def test_rosbag_records_what_another_reader_understands(bridged: Ros) -> None:
             assert image.data.size == 80 * 60 * 3
             stamps.append(image.header.stamp.sec + image.header.stamp.nanosec * 1e-9)
         assert (stamps[-1] - stamps[0]) / (len(stamps) - 1) == pytest.approx(1 / 30, rel=0.01)
+    options = RosOptions.model_validate({"bag": ros.folder / "seen.bag", "timestep": "20 ms"})
+    with RosBackend().open(Scene(()), seed=1, options=options) as world:
+        heard = world.subscribe("/husky/camera", depth=None)
+        world.run_until(10_000_000_000)
+        assert len(heard.take()) == counts["/husky/camera"]
 
 
 def test_a_run_with_its_brain_is_seen_too(ros: Ros) -> None:

@@ -149,21 +149,14 @@ class RosTypes:
         return _class(name, content, _support().service(name, self._codec.hash(name), *ends))
 
     def _action(self, name: str) -> Any:
-        cancel, status = (
-            self.named("action_msgs/srv/CancelGoal"),
-            self.named("action_msgs/msg/GoalStatusArray"),
-        )
         parts = {part: self._message_once(f"{name}_{part}") for part in PARTS["action"]}
-        send, get = (self._service(f"{name}_{each}") for each in ("SendGoal", "GetResult"))
-        feedback = self._message_once(f"{name}_FeedbackMessage")
-        names = (
-            "SendGoalService",
-            "GetResultService",
-            "CancelGoalService",
-            "FeedbackMessage",
-            "GoalStatusMessage",
-        )
-        inner = dict(zip(names, (send, get, cancel, feedback, status), strict=True))
+        inner = {
+            "SendGoalService": self._service(f"{name}_SendGoal"),
+            "GetResultService": self._service(f"{name}_GetResult"),
+            "CancelGoalService": self.named("action_msgs/srv/CancelGoal"),
+            "FeedbackMessage": self._message_once(f"{name}_FeedbackMessage"),
+            "GoalStatusMessage": self.named("action_msgs/msg/GoalStatusArray"),
+        }
         support = _support().action(name, self._codec.hash(name), inner.values())
         return _class(name, {**parts, "Impl": type("Impl", (), inner)}, support)
 
