@@ -402,7 +402,8 @@ class Reading:
         without: the elements to leave out of files.
         args: arguments of a xacro file.
         lenient: whether to omit a missing included file, with a warning instead of an error.
-        opened: the roots of the files that were opened.
+        opened: the roots of the files that were opened, in SDF.
+        written: the same as they are written, in SDF or URDF.
     """
 
     resources: Resources
@@ -413,6 +414,7 @@ class Reading:
     args: Mapping[str, object] = field(default_factory=dict)
     lenient: bool = False
     opened: list[Element] = field(default_factory=list)
+    written: list[Element] = field(default_factory=list)
 
     def within(self, prefix: str) -> Reading:
         """Return the reading of a nested model."""

@@ -7,7 +7,7 @@ accepted, as the specification of SDF requires.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -16,7 +16,7 @@ from typing import Final
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Code, Level
 from nrp_core.scene.bodies import PRESERVED, TINTS
-from nrp_core.scene.reading.context import Element, Notes
+from nrp_core.scene.reading.context import Element, Notes, Reading
 from nrp_core.scene.reading.plugins import wrong_file
 from nrp_core.scene.reading.repairs import MASSLESS
 from nrp_core.scene.rigid import ROUNDED_TURN_RAD
@@ -97,10 +97,13 @@ class Unread:
     message: str = ""
 
 
-def report_unread(roots: Iterable[Element], notes: Notes) -> None:
+def report_unread(reading: Reading) -> None:
     """Warn of what was not read in files, once for each kind; remarks are one note for each file."""
     remarks: dict[Path, list[Element]] = {}
-    for root in roots:
+    notes = reading.notes
+    for root in reading.written:
+        _check_repeated(root, notes)
+    for root in reading.opened:
         for one in find_unread(root):
             if one.message:
                 kind = f"{one.holder}/{one.element.tag}"
@@ -116,6 +119,30 @@ def report_unread(roots: Iterable[Element], notes: Notes) -> None:
         said = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
         message = f"these elements of Gazebo have no effect here: {said}"
         notes.warn(elements[0], Code.NRP383, message, subject=elements[0].tag, level=Level.NOTE)
+
+
+def _check_repeated(element: Element, notes: Notes) -> None:
+    """Warn of elements that contradict an earlier one in the same element, of which only one was read."""
+    first: dict[str, Element] = {}
+    for child in element.children:
+        if child.tag not in _FREE:
+            _check_repeated(child, notes)
+        is_setting = element.tag == "gazebo" and not child.children and not child.attributes
+        if element.asked.get(child.tag, not is_setting):
+            continue
+        earlier = first.setdefault(child.tag, child)
+        if earlier is not child and _contents(earlier) != _contents(child):
+            name = element.attributes.get("name")
+            owner = f"<{element.tag}>" + (f" '{name}'" if name else "")
+            message = (
+                f"a second <{child.tag}> in the {owner} is ignored: the one of line {earlier.line} is used"
+            )
+            kind = f"second {element.tag}/{child.tag}"
+            notes.warn(child, Code.NRP383, message, subject=name or element.tag, alike=kind)
+
+
+def _contents(element: Element) -> object:
+    return element.text, element.attributes, [(one.tag, _contents(one)) for one in element.children]
 
 
 def find_unread(root: Element) -> Iterator[Unread]:

@@ -84,7 +84,7 @@ def read_model(
         [build_model(placed, parts, own.robot, stands, own)], partial(reading.notes.warn, placed.element)
     )
     pass_over_room(source.root)
-    report_unread(reading.opened, reading.notes)
+    report_unread(reading)
     return replace(model, warnings=reading.notes.findings)
 
 
@@ -128,5 +128,5 @@ def read_scene(
     if len(worlds) > 1:
         raise worlds[1].error(f"a room's file must hold one <world>; this one holds {len(worlds)}")
     scene = read_world(worlds[0] if worlds else source.root, source, reading)
-    report_unread(reading.opened, reading.notes)
+    report_unread(reading)
     return replace(scene, warnings=reading.notes.findings)

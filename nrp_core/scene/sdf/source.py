@@ -14,7 +14,6 @@ from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Code
 from nrp_core.scene.reading.context import (
     Element,
-    Notes,
     Reading,
     leave_out,
     main_file,
@@ -154,62 +153,6 @@ def _by_id(named: str, change: Element, model: Element, *, any_tag: bool = False
     raise change.error(f"the included model has no {what} '{named}'")
 
 
-_ONCE: Final = {
-    "link": "inertial pose gravity self_collide",
-    "inertial": "mass inertia pose origin density",
-    "inertia": "ixx iyy izz",
-    "joint": "parent child axis axis2 origin limit dynamics mimic safety_controller pose",
-    "axis": "xyz limit dynamics initial_position",
-    "axis2": "xyz limit dynamics initial_position",
-    "limit": "lower upper effort velocity",
-    "dynamics": "damping friction spring_reference spring_stiffness",
-    "visual": "pose origin geometry material",
-    "collision": "pose origin geometry surface",
-    "model": "pose static",
-    "box": "size",
-    "sphere": "radius",
-    "cylinder": "radius length",
-    "material": "ambient diffuse specular emissive color",
-    "ode": "mu mu2",
-    "sensor": "update_rate topic pose ray lidar imu contact",
-    "camera": "horizontal_fov image clip",
-    "image": "width height",
-    "clip": "near far",
-    "ray": "scan range noise",
-    "lidar": "scan range noise",
-    "scan": "horizontal vertical",
-    "range": "min max",
-    "horizontal": "samples min_angle max_angle",
-    "noise": "type mean stddev",
-    "world": "gravity",
-    "gazebo": "mu1 mu2 turnGravityOff dampingFactor selfCollide springStiffness springReference",
-}
-"""The elements of SDF and URDF that occur once in an element, by that element."""
-_BY_PARENT: Final = {parent: frozenset(children.split()) for parent, children in _ONCE.items()}
-
-
-def check_repeated(element: Element, notes: Notes) -> None:
-    """Warn of elements that contradict an earlier one in the same element: only the first is read."""
-    first: dict[str, Element] = {}
-    once = _BY_PARENT.get(element.tag, frozenset())
-    for child in element.children:
-        check_repeated(child, notes)
-        if child.tag not in once:
-            continue
-        earlier = first.setdefault(child.tag, child)
-        if earlier is not child and _contents(earlier) != _contents(child):
-            name = element.attributes.get("name")
-            owner = f"<{element.tag}>" + (f" '{name}'" if name else "")
-            message = (
-                f"a second <{child.tag}> in the {owner} is ignored: the one of line {earlier.line} is used"
-            )
-            notes.warn(child, Code.NRP383, message, subject=f"{owner}/{child.tag}")
-
-
-def _contents(element: Element) -> object:
-    return element.text, element.attributes, [(one.tag, _contents(one)) for one in element.children]
-
-
 OLDEST, NEWEST = (1, 4), (1, 12)
 _SCOPES_RESERVED = (1, 8)
 """The first version in which no name may contain ``::``."""
@@ -245,7 +188,7 @@ class SdfFile:
         if reading.args and not trail and expanded is None:
             raise root.error("this is not a xacro file, so it has no arguments")
         root = expanded or root
-        check_repeated(root, reading.notes)
+        reading.written.append(root)
         if root.tag == "robot":
             from nrp_core.scene.urdf import to_sdf  # many scenes have no URDF
 
