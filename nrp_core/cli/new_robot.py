@@ -61,7 +61,9 @@ def robot_values(file: Path) -> Mapping[str, Any]:
     (model,) = moving
     links = {link.name: link for link in model.links}
     free = [joint for joint in model.joints if joint.takes_commands and joint.mimic is None]
-    wheels = [joint for joint in free if _is_wheel(joint)]
+    carrying = {joint.parent for joint in free}
+    wheels = [joint for joint in free if _is_wheel(joint) and joint.child not in carrying]
+    wheels = wheels if len(wheels) > 1 else []  # a wrist of an arm may turn like a wheel
     driven = list(_wheels(wheels, links) if wheels else _swinging(free[:_MAX_JOINTS]))
     if not driven:
         raise ExperimentError("this robot has no joint that takes commands", path=file)

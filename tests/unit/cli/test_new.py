@@ -211,6 +211,15 @@ def test_a_name_that_yaml_would_read_otherwise_stays_a_name(nrp, tmp_path, monke
     assert load_experiment(Path("tour")).world.robots["robot"].control.keys() == {f"{name}_joint"}
 
 
+def test_a_joint_of_an_arm_that_turns_like_a_wheel_is_none(tmp_path: Path) -> None:
+    """It is in the middle of a chain, and there is only one such joint at an end."""
+    upper = WHEEL.format(name="upper", y=0.2, axis=1, kind="continuous")
+    lower = WHEEL.format(name="lower", y=0.2, axis=1, kind="continuous")
+    chain = upper + lower.replace('parent link="base"', 'parent link="upper"')
+    (tmp_path / "arm.urdf").write_text(CART.format(wheels=chain))
+    assert robot_values(tmp_path / "arm.urdf")["mode"] == "position"
+
+
 @pytest.mark.parametrize(("lower", "upper"), [(1.2, 2.5), (-4.0, -3.0), (-1.0, 1.0), (-0.1, 3.0)])
 def test_a_joint_swings_within_its_limits(tmp_path: Path, lower: float, upper: float) -> None:
     wheel = WHEEL.format(name="arm", y=0.2, axis=1, kind="revolute")
