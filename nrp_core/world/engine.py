@@ -70,6 +70,11 @@ class JointCommands(ABC):
         """Lead a ball joint with a controller to an orientation of its child, or release it."""
         self._do_set_ball_target(model, joint, orientation)
 
+    @final
+    def set_servo_efforts(self, model: str, joints: tuple[str, ...], efforts: Sequence[float]) -> None:
+        """Set the targets of servos to efforts alone, N m or N; faster than :meth:`set_servo_target`."""
+        self._do_set_servo_efforts(model, joints, efforts)
+
     def retarget(self, model: str, targets: JointTargets) -> bool:
         """Change the targets of firm joints at once, if the engine can, and return whether it did.
 
@@ -128,6 +133,11 @@ class JointCommands(ABC):
         return self._do_sensor_values(model, sensor)
 
     # -- for backends
+
+    def _do_set_servo_efforts(self, model: str, joints: tuple[str, ...], efforts: Sequence[float]) -> None:
+        """Set the targets of servos to efforts; an engine may override it with a faster one."""
+        for joint, effort in zip(joints, efforts, strict=True):
+            self._do_set_servo_target(model, joint, ServoTarget(effort=effort))
 
     def _do_set_servo_target(self, model: str, joint: str, aim: ServoTarget) -> None:
         """Set the target of the servo of a joint with a controller."""

@@ -113,6 +113,7 @@ class Control:
     def __init__(self, built: Built, state: Any, step_s: float, last_step: Callable[[], Any]) -> None:
         self._built, self._model, self._state, self._step_s = built, built.model, state, step_s
         self._last_step = last_step
+        self._servos: dict[tuple[str, tuple[str, ...]], list[int]] = {}
         self.firm = MujocoFirmJoints(built, state, step_s)
         self.release()
 
@@ -130,6 +131,18 @@ class Control:
             damping += aim.stiffness * self._step_s
         self._model.actuator_biasprm[actuator, :3] = 0.0, -aim.stiffness, -damping
         self._state.ctrl[actuator] = aim.stiffness * aim.position + aim.damping * aim.velocity + aim.effort
+
+    def set_efforts(self, model: str, joints: tuple[str, ...], efforts: Sequence[float]) -> bool:
+        """Set the efforts of servos, unless one can follow with any load; return whether it did."""
+        path = model, joints
+        if path not in self._servos:
+            paths = [(model, joint) for joint in joints]
+            are_firm = any(each in self._built.firm for each in paths)
+            self._servos[path] = [] if are_firm else [self._built.servos[each] for each in paths]
+        if places := self._servos[path]:
+            self._model.actuator_biasprm[places, :3] = 0.0
+            self._state.ctrl[places] = efforts
+        return bool(places)
 
     def orient(self, model: str, joint: str, orientation: Quaternion | None) -> None:
         """Lead a ball joint to an orientation, or release it."""

@@ -173,6 +173,10 @@ class MujocoEngine(JointedEngine):
         super()._do_set_drive(model, drive, velocity)
         self._moment = object()  # it may have changed a velocity
 
+    def _do_set_servo_efforts(self, model: str, joints: tuple[str, ...], efforts: Sequence[float]) -> None:
+        if not self._control.set_efforts(model, joints, efforts):
+            super()._do_set_servo_efforts(model, joints, efforts)
+
     def retarget(self, model: str, targets: JointTargets) -> bool:
         return self._control.firm.retarget(model, targets)
 

@@ -194,6 +194,10 @@ class ControllerPart(Part):
         """Return whether the joint follows the commands of a topic with any load."""
         return self._laws[topic].controller.is_firm
 
+    def takes_efforts(self, topic: str) -> bool:
+        """Return whether the commands of a topic are efforts."""
+        return self._laws[topic].controller.kind == "effort"
+
     def limits(self, topic: str) -> tuple[float, float]:
         """Return the limits of the targets of a topic."""
         return self._laws[topic].lower, self._laws[topic].upper
@@ -335,7 +339,7 @@ C = TypeVar("C", GroupController, PairController, TrajectoryController)
 
 
 class JointGroup:
-    """Leads joints of a model, firm ones with one call of the engine.
+    """Leads joints of a model, firm ones and those that are given efforts with one call of the engine.
 
     Args:
         topic: the topic that leads them.
@@ -347,7 +351,8 @@ class JointGroup:
     def __init__(self, topic: str, parts: Mapping[str, ControllerPart], model: str, engine: Engine) -> None:
         self._topic, self._model, self._engine = topic, model, engine
         self._joints, self._parts = tuple(parts), list(parts.values())
-        self._firm = all(part.is_firm(topic) for part in self._parts)
+        self._are_efforts = all(part.takes_efforts(topic) for part in self._parts)
+        self._at_once = self._are_efforts or all(part.is_firm(topic) for part in self._parts)
         self._lowest, self._highest = zip(*(part.limits(topic) for part in self._parts), strict=True)
         self._targets = JointTargets(self._joints, (), (), smooth=True)
         self._holds = False
@@ -375,7 +380,7 @@ class JointGroup:
         for joint, value, rate in zip(targets.joints, targets.values, rates, strict=True):
             part = self._parts[self._joints.index(joint)]
             part.lead(self._topic, Target(value, rate, targets.smooth), now_ns)
-        if self._firm and len(targets.joints) == len(self._parts):
+        if self._at_once and len(targets.joints) == len(self._parts):
             kept = [part.target for part in self._parts]
             self._targets = JointTargets(
                 self._joints, [each.value for each in kept], [each.rate for each in kept], targets.smooth
@@ -393,7 +398,9 @@ class JointGroup:
             if targets.rates or not all(self._parts[number].has_reported(self._topic) for number in beyond):
                 return False
             targets = targets._replace(values=kept)
-        if not self._engine.retarget(self._model, targets):
+        if self._are_efforts:
+            self._engine.set_servo_efforts(self._model, self._joints, targets.values)
+        elif not self._engine.retarget(self._model, targets):
             return False
         self._targets = targets
         return True
