@@ -26,12 +26,13 @@ from nrp_lab.comparison.decoder import (
     with_decoder,
 )
 from nrp_lab.comparison.evidence import Doing, Evidence, doing_of, evidence_grid
-from nrp_lab.comparison.grid import GridCell, RunGrid
+from nrp_lab.comparison.grid import GridCell, RunGrid, run_grid
 from nrp_lab.comparison.judgement import Contrast, Estimate, Factor, Relation
 from nrp_lab.comparison.metric import Margins
 from nrp_lab.comparison.result import GridDiff
 from nrp_lab.comparison.signals import RunSignals
 
+from nrp_core import InvalidExperimentError
 from nrp_core.brain import (
     BrainCapabilities,
     BrainOptions,
@@ -221,6 +222,17 @@ def test_a_decoder_that_cannot_run_leaves_the_other_controls(monkeypatch: pytest
     found = evidence.gather(grid, Path(), 1, lambda *_: None, (), Margins())
     assert found.without_decoder == "no voltage"
     assert found.diff.grid == grid
+
+
+def test_a_control_that_a_network_does_not_allow_leaves_the_others(tmp_path: Path) -> None:
+    controls, left_out = ["rewire: degree_preserving", "shuffle: weights"], dict[str, str]()
+    grid = evidence_grid("braitenberg_husky", controls, {}, 1, ["duration=20 ms"], {})
+    runs = run_grid(grid, tmp_path, 1, lambda *_: None, left_out)
+    assert [cell.wiring for cell in runs] == ["original", "shuffle: weights"]
+    assert list(left_out) == controls[:1]
+    assert "rewired" in left_out[controls[0]]
+    with pytest.raises(InvalidExperimentError):
+        run_grid(grid, tmp_path, 1, lambda *_: None)
 
 
 def decoder_brain() -> DecoderBrain:

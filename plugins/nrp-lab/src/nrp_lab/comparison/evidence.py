@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -149,10 +149,12 @@ class Evidence:
     Args:
         diff: the comparison.
         without_decoder: why the decoder was not run; empty if it was.
+        left_out: the controls that the network does not allow, and why.
     """
 
     diff: GridDiff
     without_decoder: str = ""
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def finding(self) -> list[Judgement]:
@@ -261,7 +263,9 @@ def gather(
     margins: Margins,
 ) -> Evidence:  # fmt: skip
     """Make the runs, fit a decoder for each seed on the intact runs of the others, and judge all controls."""
-    runs, missing = run_grid(grid, results, workers, on_progress), ""
+    left_out: dict[str, str] = {}
+    runs, missing = run_grid(grid, results, workers, on_progress, left_out), ""
+    grid = replace(grid, wirings=tuple(name for name in grid.wirings if name not in left_out))
     try:
         decoders = _decoders({cell.seed: run for cell, run in runs.items() if cell.wiring == ORIGINAL})
         alone = replace(grid, wirings=(DECODER,), decoders=decoders)
@@ -269,7 +273,7 @@ def gather(
         grid = replace(alone, wirings=(*grid.wirings, DECODER))
     except NrpError as error:
         missing = str(error)
-    return Evidence(GridDiff.of(grid, runs, metrics, margins, results), missing)
+    return Evidence(GridDiff.of(grid, runs, metrics, margins, results), missing, left_out)
 
 
 def _decoders(intact: Mapping[int, RunSignals]) -> dict[int, Decoder]:

@@ -19,9 +19,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydantic import BaseModel
 
-from nrp_core import brains, worlds
+from nrp_core import InvalidExperimentError, brains, worlds
 from nrp_core.brain import StateRecorderPort
-from nrp_core.errors import ExperimentError, RecordingError, SimulationError, did_you_mean
+from nrp_core.errors import (
+    ExperimentError,
+    NrpError,
+    RecordingError,
+    SimulationError,
+    did_you_mean,
+)
 from nrp_core.experiment import Experiment, Plan, Range, Run, load_experiment
 from nrp_core.network.controls import CONTROLS
 from nrp_core.quantities import time_ns
@@ -356,7 +362,9 @@ WHOLE = ("finished", "failed")
 """Final states of a recording, which is then not repeated."""
 
 
-def run_grid(grid: RunGrid, results: Path, workers: int, on_progress: Progress) -> dict[GridCell, RunSignals]:
+def run_grid(
+    grid: RunGrid, results: Path, workers: int, on_progress: Progress, left_out: dict[str, str] | None = None
+) -> dict[GridCell, RunSignals]:
     """Make the runs that are not recorded yet.
 
     Args:
@@ -364,9 +372,10 @@ def run_grid(grid: RunGrid, results: Path, workers: int, on_progress: Progress) 
         results: a folder for the recordings; recordings that are in it are kept.
         workers: number of processes.
         on_progress: called after every run.
+        left_out: receives the controls that the network does not allow, and why; None: they are errors.
 
     Returns:
-        Every run.
+        Every run, without those of the controls that were left out.
 
     Raises:
         NrpError: an experiment cannot be opened. Anything else that ends a run is part of its result.
@@ -375,10 +384,15 @@ def run_grid(grid: RunGrid, results: Path, workers: int, on_progress: Progress) 
     missing = [cell for cell, folder in folders.items() if not is_reusable(folder, grid.file)]
     done = len(folders) - len(missing)
     on_progress(done, len(folders), "")
-    for cell in _run_all(grid, {cell: folders[cell] for cell in missing}, workers):
+    for cell, error in _run_all(grid, {cell: folders[cell] for cell in missing}, workers):
+        if error is not None:
+            if left_out is None or cell.wiring == ORIGINAL or not isinstance(error, InvalidExperimentError):
+                raise error
+            left_out[cell.wiring] = str(error)
         done += 1
         on_progress(done, len(folders), str(cell))
-    return {cell: RunSignals(Recording(folder)) for cell, folder in folders.items()}
+    omitted = left_out or ()
+    return {cell: RunSignals(Recording(path)) for cell, path in folders.items() if cell.wiring not in omitted}
 
 
 def record(
@@ -414,13 +428,19 @@ def record(
             recording_folder.close(state)
 
 
-def _run_all(grid: RunGrid, folders: dict[GridCell, Path], workers: int) -> Iterator[GridCell]:
-    """Run cells and yield each when it is done."""
+def _run_all(
+    grid: RunGrid, folders: dict[GridCell, Path], workers: int
+) -> Iterator[tuple[GridCell, BaseException | None]]:
+    """Run cells and yield each when it is done, with the error that prevented it, if any."""
     workers = min(workers, len(folders))
     if workers < 2:
         for cell, folder in folders.items():
-            _record((grid, cell, folder))
-            yield cell
+            try:
+                _record((grid, cell, folder))
+            except NrpError as error:
+                yield cell, error
+            else:
+                yield cell, None
         return
     with WorkerPool(workers) as pool:
         for outcome in pool.perform(_record, ((grid, cell, folder) for cell, folder in folders.items())):
@@ -428,9 +448,7 @@ def _run_all(grid: RunGrid, folders: dict[GridCell, Path], workers: int) -> Iter
             if isinstance(outcome.error, WorkerDiedError):
                 message = f"a process was killed, or an engine crashed in it, at {cell} ({outcome.error})"
                 raise SimulationError(f"{message}; the finished runs are kept", t_ns=0) from outcome.error
-            if outcome.error is not None:
-                raise outcome.error
-            yield cell
+            yield cell, outcome.error
 
 
 def _record(task: tuple[RunGrid, GridCell, Path]) -> None:

@@ -176,6 +176,7 @@ def evidence_data(found: Evidence) -> dict[str, Any]:
         "controls": {name: found.relation(name) for name in found.controls},
         "doing": found.doing.name.lower(),
         "sentence": found.sentence,
+        "left_out": found.left_out,
         "decoder": {"missing": found.without_decoder, "explained": found.explained},
         "recordings": recordings,
     }
@@ -186,6 +187,8 @@ def print_evidence(found: Evidence, console: Console) -> None:
     _print_incomplete(console, found.diff.incomplete)
     console.print(Text(found.sentence, style="bold"))
     console.print(Text(f"{found.diff.name}, {subject(found.diff)}; {finding(found)}", style="dim"))
+    for name, why in found.left_out.items():
+        console.print(Text(f"The control {name} was left out: {why}", style="yellow"))
     if found.without_decoder:
         console.print(Text(f"The decoder alone was not run: {found.without_decoder}", style="yellow"))
     table = _table("control", "the finding", "effect [90 %]")
