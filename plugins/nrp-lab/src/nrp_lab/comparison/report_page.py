@@ -43,7 +43,8 @@ _BEYOND = 30.0
 def svg(figure: Figure) -> str:
     """Return a figure as an SVG element."""
     text = io.StringIO()
-    figure.savefig(text, format="svg", metadata={"Date": None})
+    # cropped, because axes of equal scale may be flat
+    figure.savefig(text, format="svg", metadata={"Date": None}, bbox_inches="tight", pad_inches=0.05)
     found = re.search(r"<svg.*</svg>", text.getvalue(), re.DOTALL)
     assert found is not None
     return re.sub(r'width="[^"]*pt" height="[^"]*pt" ', "", found[0], count=1)
