@@ -227,7 +227,7 @@ def trajectories(diff: GridDiff) -> Figure | None:
     grid, conditions = diff.grid, diff.grid.conditions
     columns = min(len(conditions), 4)
     rows = -(-len(conditions) // columns)
-    figure = Figure(figsize=(_WIDE, 3.6 * rows), layout="compressed")
+    figure = Figure(figsize=(_WIDE, 3.6 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     drawn = False
     for axes, condition in zip(panels.flat, conditions, strict=False):
