@@ -8,10 +8,15 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from nrp_core.clock import NS_PER_MS, from_milliseconds
-from nrp_core.network.data import Network
+from nrp_core.network.data import Network, Population, Projection
+from nrp_core.network.grid import Grid
+from nrp_core.network.limits import distinct
 
 _PRECISE = frozenset({"IF_curr_exp", "IF_curr_delta"})
 """Cells whose spikes ``pyNN.nest`` puts between its steps, unless ``spike_precision`` is ``on_grid``."""
@@ -30,10 +35,13 @@ class ReplacedSimulators:
         self.names: list[str] = []
         self._is_reported = False
 
-    def resolution(
+    def adapted(
         self, network: Network, timestep_ms: float, setup: Mapping[str, Any], options: Mapping[str, Any]
-    ) -> dict[str, str]:
-        """Return the option that gives a network the steps of the first simulator; report it once.
+    ) -> tuple[Network, dict[str, str]]:
+        """Return a network as the first simulator runs it, and the option that gives it its steps.
+
+        NEST has whole steps of delays and refractory periods also where its spikes lie between steps. The
+        steps are reported once.
 
         Args:
             network: the network.
@@ -42,17 +50,19 @@ class ReplacedSimulators:
             options: those that the user chose; a ``resolution`` or ``tolerance`` stays.
         """
         if not self.names:
-            return {}
+            return network, {}
         if options.keys() & {"resolution", "tolerance"}:
             self.report("with the chosen options")
         elif _has_exact_times(self.names[0], network, setup):
             self.report(f"with exact spike times, as {self.names[0]} has them for these cells")
+            if self.names[0] == "pyNN.nest":
+                return _in_steps(network, Grid(from_milliseconds(timestep_ms))), {}
         elif from_milliseconds(timestep_ms) > _LONGEST_NS:
             self.report(f"with exact spike times; {self.names[0]} has steps of {timestep_ms:g} ms")
         else:
             self.report(f"in steps of {timestep_ms:g} ms, as {self.names[0]} does")
-            return {"resolution": f"{timestep_ms!r} ms"}
-        return {}
+            return network, {"resolution": f"{timestep_ms!r} ms"}
+        return network, {}
 
     def report(self, how: str = "") -> None:
         """Print that simulators are replaced, and how the network runs, unless it has been printed."""
@@ -70,3 +80,23 @@ def _has_exact_times(simulator: str, network: Network, setup: Mapping[str, Any])
     if simulator == "pyNN.nest" and setup.get("spike_precision") != "on_grid":
         return all(one.is_source or one.cell_type in _PRECISE for one in network.populations.values())
     return simulator == "pyNN.neuron" and bool(setup.get("use_cvode"))
+
+
+def _in_steps(network: Network, grid: Grid) -> Network:
+    """Return a network whose refractory periods are whole steps, at least as long, and delays the nearest."""
+
+    def in_steps(population: Population) -> Population:
+        given = population.parameters
+        if "tau_refrac" not in given:
+            return population
+        longer_ms = grid.time_ms(grid.first_at(given["tau_refrac"]))
+        return replace(population, parameters={**given, "tau_refrac": longer_ms})
+
+    def with_steps(projection: Projection) -> Projection:
+        if projection.is_continuous:
+            return projection
+        delay_ms = grid.time_ms(grid.delays(distinct(projection.delay_ms)))
+        return replace(projection, delay_ms=np.broadcast_to(delay_ms, projection.size))
+
+    populations = {label: in_steps(population) for label, population in network.populations.items()}
+    return replace(network, populations=populations, projections=tuple(map(with_steps, network.projections)))

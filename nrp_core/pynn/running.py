@@ -295,11 +295,12 @@ class RunningState(State):
 
     def _open(self) -> Brain:
         backend = brains().load(self._backend)
-        network, own = network_of(self), {}
+        network = network_of(self)
+        own: dict[str, str] = {}
         on_grid = any(population.equations is not None for population in network.populations.values())
         on_grid |= any(projection.is_continuous for projection in network.projections)
         if "resolution" in backend.options.model_fields:
-            own = self.replaced.resolution(network, self.dt, self._setup, self._options)
+            network, own = self.replaced.adapted(network, self.dt, self._setup, self._options)
             if on_grid:
                 own = {"resolution": f"{self.dt!r} ms"}
         if self._follows and "timestep" in backend.options.model_fields:

@@ -74,6 +74,38 @@ def test_a_script_has_the_steps_of_the_simulator_that_it_imports(
     assert float(run(script, "--option", "resolution=exact")) == pytest.approx(13.8629436)
 
 
+STEPS = """\
+import pyNN.nest as sim
+sim.setup(timestep=1.0, min_delay=1.0)
+cell = sim.Population(1, sim.IF_curr_exp(i_offset=1.5, tau_refrac={refractory_ms}))
+source = sim.Population(1, sim.SpikeSourceArray(spike_times=[10.0]))
+driven = sim.Population(1, sim.IF_curr_exp())
+late = sim.FromListConnector([(0, 0, 1e6, {delay_ms})])
+sim.Projection(source, driven, late, sim.StaticSynapse())
+(cell + driven).record("spikes")
+sim.run(40.0)
+first, second = cell.get_data().segments[0].spiketrains[0].magnitude[:2]
+print(second - 2 * first, driven.get_data().segments[0].spiketrains[0].magnitude[0] - 10.0)
+"""
+"""Of a regular neuron the refractory period, of another the time that a strong input takes, is printed."""
+
+
+@pytest.mark.parametrize(
+    ("refractory_ms", "in_nest_ms"),
+    [(0.1, 1.0), (1.0, 1.0), (1.2, 2.0), (2.25, 3.0), (3.0 * (1 + 1e-15), 3.0)],
+)
+@pytest.mark.parametrize(("delay_ms", "delay_in_nest_ms"), [(1.4, 1.0), (1.5, 2.0), (2.5, 3.0)])
+def test_refractory_periods_and_delays_of_nest_are_whole_steps_where_its_spikes_are_exact(
+    run: Run, refractory_ms: float, in_nest_ms: float, delay_ms: float, delay_in_nest_ms: float
+) -> None:
+    """NEST 3.10 through PyNN 0.13 has these; it lengthens the first, and takes the nearest of the second."""
+    script = STEPS.format(refractory_ms=refractory_ms, delay_ms=delay_ms)
+    expected = [in_nest_ms, delay_in_nest_ms]
+    assert [float(value) for value in run(script).split()] == pytest.approx(expected, abs=1e-4)
+    exact = run(script, "--option", "resolution=exact")
+    assert [float(value) for value in exact.split()] == pytest.approx([refractory_ms, delay_ms], abs=1e-4)
+
+
 def test_a_script_that_imports_this_simulator_has_exact_times(run: Run) -> None:
     script = SCRIPT.replace("pyNN.nest", "nrp_core.pynn").replace("0.1, options={options}", "1.0")
     assert float(run(script)) == pytest.approx(13.8629436)
