@@ -87,7 +87,6 @@ _ALIKE: Final = 0.6
 _OF_ROS: Final = ("transmission", "ros2_control", "command_interface", "state_interface", "param")
 _CLOSE: Final = 0.8
 """The same where files have elements of many controllers."""
-_LOWEST, _HIGHEST = "soft_lower_limit", "soft_upper_limit"
 
 
 def check_vocabulary(element: Element, notes: Notes, around: str = "") -> None:
@@ -111,8 +110,6 @@ def check_vocabulary(element: Element, notes: Notes, around: str = "") -> None:
             f"the text '{text:.30}' in <{element.tag}> is ignored: URDF has values in attributes{written}"
         )
         notes.warn(element, Code.NRP383, message, subject=element.tag)
-    if element.tag == "safety_controller":
-        _check_soft_limits(element, notes)
     for child in element.children:
         if element.tag not in _FREE and child.tag not in children and ":" not in child.tag:
             _check_misplaced(child, element, children, notes)
@@ -185,16 +182,3 @@ def _check_misplaced(child: Element, parent: Element, valid: frozenset[str], not
 
 def _resembles(name: str, known: frozenset[str], cutoff: float = _ALIKE) -> bool:
     return bool(get_close_matches(name, known, n=1, cutoff=cutoff))
-
-
-def _check_soft_limits(element: Element, notes: Notes) -> None:
-    """Warn of soft limits that exclude every position; correct ones have no effect in a simulation either."""
-    low, high = (
-        element.parse_numbers(element.attributes.get(name, "0"), 1)[0] for name in (_LOWEST, _HIGHEST)
-    )
-    if low > high:
-        message = (
-            f"the {_LOWEST} of a <safety_controller>, {low:g}, is above its {_HIGHEST}, {high:g}; "
-            "no safety controller is simulated"
-        )
-        notes.warn(element, Code.NRP383, message, subject="safety_controller")

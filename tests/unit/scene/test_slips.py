@@ -93,11 +93,6 @@ _URDF = """<robot name="arm">
             "<dynamics> has no attribute 'dampng': ignored; did you mean 'damp",
         ),
         (
-            'soft_upper_limit="1"',
-            'soft_upper_limit="-2"',
-            "the soft_lower_limit of a <safety_controller>, -1",
-        ),
-        (
             "<collision ",
             "<visual><collision/><geometry><box size='1 1 1'/></geometry></visual><collision ",
             "URDF has no <collision> in a <visual>: ignored; it belongs in <link>",
