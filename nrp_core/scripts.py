@@ -17,6 +17,7 @@ import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
+from functools import lru_cache
 from importlib.util import find_spec, resolve_name
 from pathlib import Path
 from types import CodeType, ModuleType
@@ -302,6 +303,12 @@ class Scope:
         return self._neighbours[path]
 
 
+@lru_cache(maxsize=64)
+def _compile(data: bytes, path: str) -> CodeType:
+    """Compile a file; copies of an experiment execute the same files."""
+    return compile(data, path, "exec", dont_inherit=True)
+
+
 def compile_file(path: Path) -> CodeType:
     """Return the code of a file in Python.
 
@@ -310,7 +317,7 @@ def compile_file(path: Path) -> CodeType:
     """
     data = path.read_bytes()
     try:
-        return compile(data, str(path), "exec", dont_inherit=True)
+        return _compile(data, str(path))
     except (SyntaxError, ValueError) as error:
         text = decoded_python(data)
         if isinstance(text, Misfit):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 from nrp_core.messages.gazebo_msgs import LinkStates, ModelStates
@@ -15,14 +16,20 @@ from nrp_core.world.part import Part
 from nrp_core.world.topics import Direction, TopicInfo
 
 
+@lru_cache(maxsize=4096)
+def _color_topics(visual: str) -> tuple[TopicInfo]:
+    """Return the topic of the colour of a visual, which all copies of a scene share."""
+    what = f"colour of the visual {visual}"
+    return (TopicInfo(f"/{visual}/color", ColorRGBA, Direction.BOTH, what=what, limits=(0, 1)),)
+
+
 class ColorPart(Part):
     """The topic ``/<model>/<link>/<visual>/color``, to read or set the colour."""
 
     def __init__(self, visual: str, rgba: Rgba, glows: bool, engine: Engine) -> None:
         self._visual, self._initial, self._engine = visual, (rgba, glows), engine
         self._rgba, self._glows = rgba, glows
-        what = f"colour of the visual {visual}"
-        self.topics = (TopicInfo(f"/{visual}/color", ColorRGBA, Direction.BOTH, what=what, limits=(0, 1)),)
+        self.topics = _color_topics(visual)
 
     def read(self, topic: str, now_ns: int) -> ColorRGBA:
         return ColorRGBA(*self._rgba)

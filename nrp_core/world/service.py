@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
+from functools import lru_cache
 from typing import Any
 
 from nrp_core.errors import NrpError, TopicError, did_you_mean
@@ -45,6 +46,12 @@ class Service:
         return found
 
 
+@lru_cache(maxsize=4096)
+def _topic_of(name: str, request: type, response: type | None) -> TopicInfo:
+    """Return the topic of a service, which all copies of a scene share."""
+    return TopicInfo(name, request, Direction.IN, what=f"service: {request.__doc__}", response=response)
+
+
 class Services(Part):
     """All services of a world.
 
@@ -67,14 +74,7 @@ class Services(Part):
                     )
                 self._table[service.name] = service
         self.topics = tuple(
-            TopicInfo(
-                name,
-                service.request,
-                Direction.IN,
-                what=f"service: {service.request.__doc__}",
-                response=service.response,
-            )
-            for name, service in self._table.items()
+            _topic_of(name, service.request, service.response) for name, service in self._table.items()
         )
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:

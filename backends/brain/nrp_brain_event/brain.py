@@ -11,7 +11,7 @@ import numpy as np
 
 from nrp_brain_event.cell_types import diverged, require_variable
 from nrp_brain_event.connections import begin_plastic, places_of_plastic, places_of_static
-from nrp_brain_event.engine import StoredSpikes, build_engine, changing, enlarged, require_room
+from nrp_brain_event.engine import StoredSpikes, changing, enlarged, require_room
 from nrp_brain_event.equation_synapses import (
     change_rules,
     change_shares,
@@ -36,6 +36,7 @@ from nrp_brain_event.options import EventOptions
 from nrp_brain_event.random_numbers import begin_streams
 from nrp_brain_event.records import CONSTANT, DIVERGED, DONE, FULL, Array, EngineArrays
 from nrp_brain_event.rewards import Tables, require_weights, rewards_of, wired
+from nrp_brain_event.shared_start import start_of
 from nrp_brain_event.together import EventEngines
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import COMPILED
@@ -67,7 +68,8 @@ class EventBrain(Brain):
         self._ahead: list[tuple[IntArray, FloatArray]] = []
         self._wired = wired(network)
         quadrature = options.integration == "quadrature"
-        self._initial = engine = build_engine(self._wired, options.tolerance, quadrature=quadrature)
+        self._start = start_of(self._wired, options.tolerance, quadrature=quadrature)
+        self._initial = engine = self._start.engine
         self._rewards, more = rewards_of(
             network, engine.row_of, None, engine._asdict(), lambda: self._plastic
         )
@@ -317,4 +319,4 @@ class EventBrain(Brain):
             begin_streams(self._engine.short_term, self._seeds.integer("synapses", 62))
 
     def _do_close(self) -> None:
-        del self._engine, self._places, self._initial, self._now_ms, self._stored
+        del self._engine, self._places, self._initial, self._start, self._now_ms, self._stored

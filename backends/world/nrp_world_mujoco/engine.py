@@ -267,10 +267,13 @@ class MujocoEngine(JointedEngine):
 
     def _put_at_start(self, scene: Scene) -> None:
         """Put the joints at their initial positions, which in MJCF may be beyond the limits."""
-        for model in scene.models:
-            for name, position in model.starts if settings_of(model) else ():
+        alone = [model for model in scene.models if settings_of(model)]
+        for model in alone:
+            for name, position in model.starts:
                 self._do_put_joint(self._built.joints[model.name][name], position)
-        super()._put_at_start(replace(scene, models=tuple(m for m in scene.models if not settings_of(m))))
+        if alone:
+            scene = replace(scene, models=tuple(model for model in scene.models if model not in alone))
+        super()._put_at_start(scene)
 
     def check_state(self, t_ns: int) -> None:
         positions, rates = self._positions, self._rates  # sums of squares are faster than a look at each

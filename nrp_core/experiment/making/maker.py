@@ -305,6 +305,12 @@ class Parameters:
         sides = {"brain": self.brain, "functions": self.functions}
         return {side: {name: one.as_data() for name, one in all_.items()} for side, all_ in sides.items()}
 
+    def given_to(self, experiment: Experiment) -> Experiment:
+        """Return an experiment that sets these values, where one is set."""
+        brain = experiment.brain.model_copy(update={"parameters": _plain_values(self.brain)})
+        functions = _plain_values(self.functions)
+        return experiment.model_copy(update={"brain": brain, "function_parameters": functions})
+
 
 def with_parameters(experiment: Experiment, collector: Collector) -> tuple[Experiment, Parameters]:
     """Check the parameters of an experiment without executing a script.
@@ -322,11 +328,8 @@ def with_parameters(experiment: Experiment, collector: Collector) -> tuple[Exper
         collector,
         "function_parameters",
     )
-    kept = {
-        "brain": brain.model_copy(update={"parameters": _plain_values(of_brain)}),
-        "function_parameters": _plain_values(of_functions),
-    }
-    return experiment.model_copy(update=kept), Parameters(of_brain, of_functions)
+    parameters = Parameters(of_brain, of_functions)
+    return parameters.given_to(experiment), parameters
 
 
 def _check_values(

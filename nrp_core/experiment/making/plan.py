@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeVar
 
 from nrp_core.brain.backend import BrainBackend
 from nrp_core.dsl.functions import TransferFunction
-from nrp_core.experiment.making.maker import Parameters, maker_of, with_parameters
+from nrp_core.experiment.making.maker import Parameters, maker_of
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Finding
@@ -96,13 +96,13 @@ class Plan:
     def with_fresh_functions(self) -> Plan:
         """Return the plan of one more run, with functions of its own: files may keep values between calls.
 
-        Network and scene, which never change, are shared.
+        Network and scene, which never change, are shared, and so are the values of parameters.
 
         Raises:
             InvalidExperimentError: a file of transfer functions has changed since, and is wrong.
         """
         collector = Collector(self.experiment.source)
-        experiment, _ = with_parameters(self.experiment, collector)
+        experiment = self.parameters.given_to(self.experiment)
         functions = tuple(maker_of(experiment).functions(experiment, collector))
         collector.raise_errors()
         names = {function.name for function in self.functions}  # others were omitted, with a finding
