@@ -3,7 +3,7 @@
 Give it files, or folders that are searched for URDF, SDF, worlds and MJCF; models and packages are found in
 the folders, too:
 
-    python benchmarks/opening.py FILE | FOLDER ... [--engines mujoco pybullet] [--search FOLDER ...]
+    python benchmarks/opening.py FILE | FOLDER ... [--engines mujoco pybullet drake] [--search FOLDER ...]
 
 Each file is read and opened in a process of its own, which may use ``--cpu-s`` of CPU time, and is simulated
 for 0.1 s. Outcomes are: opens; refused, with a message of the program; crashes, with any other error;
@@ -46,8 +46,9 @@ Result = tuple[int, dict[str, Outcome]]
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    installed = [name for name in ("mujoco", "pybullet", "drake") if name in worlds().names()]
     parser.add_argument("places", nargs="+", type=Path, help="files and folders")
-    parser.add_argument("--engines", nargs="+", default=("mujoco", "pybullet"), help="world backends")
+    parser.add_argument("--engines", nargs="+", default=installed, help="world backends")
     parser.add_argument("--search", nargs="+", type=Path, default=[], help="more folders of models, packages")
     parser.add_argument("--cpu-s", type=int, default=60, help="CPU time of a file")
     asked = parser.parse_args()
