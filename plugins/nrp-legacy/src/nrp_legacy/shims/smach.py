@@ -295,18 +295,12 @@ class Sequence(StateMachine):
         self._connector = connector_outcome
 
     @staticmethod
-    def add(
-        label: str,
-        state: State,
-        transitions: Mapping[str, str] | None = None,
-        remapping: Mapping[str, str] | None = None,
-        **_keys: Any,
-    ) -> State:
-        """Add a state to the sequence that is open."""
+    def add(label: str, state: State, *given: Any, **more: Any) -> State:
+        """Add a state to the sequence that is open, as :meth:`StateMachine.add` does."""
         machine = opened()
         if machine._states:
             machine._transitions[list(machine._states)[-1]].setdefault(machine._connector, label)
-        return StateMachine.add(label, state, transitions, remapping)
+        return StateMachine.add(label, state, *given, **more)
 
 
 class Iterator(Container):
