@@ -11,7 +11,7 @@ needed, and called through a pointer.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any, Final, Generic, NamedTuple, TypeVar, get_type_hints
 
@@ -95,16 +95,33 @@ def handle(arrays: T) -> Handle[T]:
     Raises:
         TypeError: an array is not of the declared type, or not contiguous.
     """
-    declared = _declared(type(arrays))
     places = np.zeros((len(arrays), 1 + _MOST_DIMENSIONS), np.int64)
-    for place, array, (name, (dtype, ndim)) in zip(places, arrays, declared.items(), strict=True):
+    _fill(places, arrays, range(len(arrays)))
+    return Handle(arrays, places if COMPILED else arrays)
+
+
+def with_arrays(held: Handle[T], **changed: Array) -> Handle[T]:
+    """Return a handle with some arrays exchanged, and the places of the others; errors as above."""
+    arrays: Any = held.arrays
+    arrays = arrays._replace(**changed)
+    if not COMPILED:
+        return Handle(arrays, arrays)
+    places = held.places.copy()
+    _fill(places, arrays, [arrays._fields.index(name) for name in changed])
+    return Handle(arrays, places)
+
+
+def _fill(places: Array, arrays: tuple[Array, ...], numbers: Iterable[int]) -> None:
+    """Write the places of some arrays."""
+    declared = list(_declared(type(arrays)).items())
+    for number in numbers:
+        place, array, (name, (dtype, ndim)) = places[number], arrays[number], declared[number]
         if (array.dtype, array.ndim) != (dtype, ndim) or not array.flags.c_contiguous:
             raise TypeError(
                 f"{type(arrays).__name__}.{name} is an array of {array.dtype} with {array.ndim} dimensions "
                 f"and strides {array.strides}; it must be one of {dtype} with {ndim}, without gaps"
             )
         place[0], place[1 : 1 + ndim] = array.ctypes.data, array.shape
-    return Handle(arrays, places if COMPILED else arrays)
 
 
 class Shelf(Generic[T]):

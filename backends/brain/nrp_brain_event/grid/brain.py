@@ -40,7 +40,7 @@ from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, TAKE_SAMPLES, WITH
 from nrp_brain_event.grid.synapses import send_all, transmitted
 from nrp_brain_event.grid.tables import load_tables
 from nrp_brain_event.grid.weights import Given, Layout, find_layout, written
-from nrp_brain_event.handles import handle
+from nrp_brain_event.handles import handle, with_arrays
 from nrp_brain_event.live import PlasticState, freeze, require_slow
 from nrp_brain_event.options import EventOptions
 from nrp_brain_event.random_numbers import begin_streams
@@ -340,9 +340,10 @@ class GridBrain(Brain):
             super()._do_run_recording(t_ns, traces, samples)
             return
         probes = load_probes(self._grid, self.network, traces, samples, self._row_of, self._times)
-        self._take(handle(self._grid._replace(**probes, codes=with_kernels(self._grid.codes, TAKE_SAMPLES))))
+        codes = with_kernels(self._grid.codes, TAKE_SAMPLES)
+        self._take(with_arrays(self._held, **probes, codes=codes))
         self._do_run_until(t_ns)
-        self._take(handle(self._grid._replace(**no_probes())))
+        self._take(with_arrays(self._held, **no_probes()))
 
     def _take(self, held: Held) -> None:
         """Continue with a grid."""
