@@ -1,6 +1,7 @@
 """A copy of an experiment is, bit for bit, the run alone with its seed."""
 
 import pickle
+from contextlib import ExitStack
 
 import numpy as np
 import pytest
@@ -75,6 +76,24 @@ def test_a_copy_equals_its_run_alone(name, overrides, threads):
         assert pickle.dumps(run.loop.save()) == state
     for run in runs[::-1]:
         run.close()
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("threads", [1, 2])
+def test_each_of_a_thousand_copies_equals_its_run_alone(threads):
+    n, steps = 1024, 25
+    with ExitStack() as opened_runs, SideBySide(threads) as together:
+        alone_run = opened_runs.enter_context(Run(load_experiment("slalom_pioneer")))
+        runs = [opened_runs.enter_context(Run(alone_run.experiment, beside=alone_run)) for _ in range(n)]
+        for seed, run in enumerate(runs):
+            run.loop.reset(seed=seed)
+        for _ in range(steps):
+            assert together.step([run.loop for run in runs]) == {}
+        for seed, run in enumerate(runs):
+            alone_run.loop.reset(seed=seed)
+            for _ in range(steps):
+                alone_run.step()
+            assert run.snapshot() == alone_run.snapshot()
 
 
 FUNCTIONS = """
