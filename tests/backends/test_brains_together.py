@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable
 from typing import Any
 
@@ -73,6 +74,16 @@ class Rig:
             self.leaky.voltage,
             self.brain.read_state("v", range(6)).tolist(),
         )
+
+
+def test_equal_brains_have_equal_snapshots(opened: Callable[[int], Brain]) -> None:
+    rigs = [Rig(opened(0)) for _ in range(2)]
+    for rig in rigs:
+        junk = np.full(1 << 16, -1)  # what memory that nobody sets would hold
+        del junk
+        rig.brain.run_until(40 * STEP_NS)
+    one, other = (pickle.dumps(rig.brain.snapshot()) for rig in rigs)
+    assert one == other
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])

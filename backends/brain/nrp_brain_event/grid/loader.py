@@ -193,7 +193,7 @@ def enlarged(grid: Grid) -> Grid:
     n_entries = 2 * max(n, len(grid.drive), _ROOM)
     after = np.arange(1, n_entries + 1, dtype=np.int32)
     after[:n], after[-1] = grid.entry_after, clock["free"][0]
-    segments = np.empty(n_entries, np.int32)
+    segments = np.zeros(n_entries, np.int32)  # snapshots keep the rest too, so that it is the same in each
     segments[:n] = grid.entry_segment
     clock["free"] = n
     clock["n_free"] += n_entries - n
@@ -201,8 +201,8 @@ def enlarged(grid: Grid) -> Grid:
         n_stored, grid = len(grid.stored), grid._replace(stored=doubled(grid.stored))
         chain_free(grid.pool, grid.stored, n_stored)
     n_spikes, n_out = len(grid.spikes), grid.outbox.shape[1]
-    spikes = np.empty(2 * max(n_spikes, len(grid.drive), _ROOM), Spike.dtype())
-    outbox = np.empty((2, 2 * max(n_out, len(grid.drive), _ROOM)), np.int64)
+    spikes = np.zeros(2 * max(n_spikes, len(grid.drive), _ROOM), Spike.dtype())
+    outbox = np.zeros((2, 2 * max(n_out, len(grid.drive), _ROOM)), np.int64)
     spikes[:n_spikes], outbox[:, :n_out] = grid.spikes, grid.outbox
     return grid._replace(spikes=spikes, outbox=outbox, entry_after=after, entry_segment=segments)
 

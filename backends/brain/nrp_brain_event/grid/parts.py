@@ -145,7 +145,7 @@ def _part(grid: Grid, share: Share) -> Grid:
     return part._replace(
         clock=clock, work=grid.work.copy(), scratch=np.empty_like(grid.scratch), slots=grid.slots.copy(),
         entry_segment=grid.entry_segment.copy(), entry_after=grid.entry_after.copy(),
-        outbox=np.empty_like(grid.outbox), spikes=np.empty_like(grid.spikes),
+        outbox=np.zeros_like(grid.outbox), spikes=np.zeros_like(grid.spikes),
     )  # fmt: skip
 
 
