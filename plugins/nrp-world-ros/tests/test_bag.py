@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import json
+import shutil
+import sqlite3
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 import pytest
+import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from nrp_core import worlds
-from nrp_core.errors import NrpError
+from nrp_core.errors import BackendLoadError, NrpError
 from nrp_core.messages.geometry_msgs import Twist
 from nrp_core.messages.nav_msgs import Odometry
 from nrp_core.messages.sensor_msgs import Image
@@ -24,6 +29,10 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from nrp_world_ros.bag import Bag
+
+QOS = ("history", "depth", "reliability", "durability", "liveliness", "avoid_ros_namespace_conventions")
+QOS_TIMES, TIME = ("deadline", "lifespan", "liveliness_lease_duration"), {"sec": 1, "nsec": 0}
 BEGIN_NS, PERIOD_NS, COUNT = 1_700_000_000_123_456_789, 33_000_000, 30
 PIXELS = np.full((4, 6, 3), (200, 30, 60), np.uint8)  # BGR
 ROOM = """<sdf version="1.9"><world name="w"><model name="r"><link name="base"><sensor name="eye"
@@ -113,7 +122,9 @@ def test_the_messages_of_a_bag_arrive_at_their_times(kind: str, tmp_path: Path) 
         world.run_until(2_000_000_000)
         assert [each.t_ns for each in odometry.take()] == [i * PERIOD_NS for i in range(16, COUNT)]
         assert [each.t_ns for each in late.take()] == [i * PERIOD_NS + 5 for i in range(16, COUNT)]
-        assert [each.code.name for each in world.warnings] == ["NRP278"]  # it has ended
+        left_out, ended = world.warnings
+        assert (left_out.code.name, ended.code.name) == ("NRP282", "NRP278")
+        assert "/heat (lab_msgs/msg/Heat)" in str(left_out)
         world.reset()
         world.run_until(100_000_000)
         assert [each.t_ns for each in odometry.take()] == [0, PERIOD_NS, 2 * PERIOD_NS, 3 * PERIOD_NS]
@@ -206,11 +217,101 @@ def test_a_bag_that_cannot_be_read_is_refused(options: dict[str, Any], words: st
         backend.topics(backend.options.model_validate(given))
 
 
+def edit_metadata(folder: Path, change: Callable[[dict[str, Any]], object]) -> Path:
+    path = folder / "metadata.yaml"
+    content = yaml.safe_load(path.read_text())
+    change(content["rosbag2_bagfile_information"])
+    path.write_text(yaml.safe_dump(content))
+    return folder
+
+
+def without_counts(metadata: dict[str, Any]) -> None:
+    for each in metadata["topics_with_message_count"]:
+        each["message_count"] = 0
+
+
+def with_another(key: str, value: object) -> Callable[[dict[str, Any]], None]:
+    def change(metadata: dict[str, Any]) -> None:
+        metadata["topics_with_message_count"][0]["topic_metadata"][key] = value
+
+    return change
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        without_counts,
+        with_another("name", "/elsewhere"),
+        with_another("type", "std_msgs/msg/String"),
+        with_another("offered_qos_profiles", [{**dict.fromkeys(QOS, 1), **dict.fromkeys(QOS_TIMES, TIME)}]),
+        lambda metadata: metadata["topics_with_message_count"].pop(0),
+    ],
+)
+def test_a_folder_whose_metadata_names_other_messages_is_refused(change: Any, tmp_path: Path) -> None:
+    path = edit_metadata(write_2(tmp_path / "drive", StoragePlugin.SQLITE3), change)
+    with pytest.raises(BackendLoadError, match=r"metadata\.yaml.*/odom") as refused:
+        Bag(path)
+    assert "reindex" in str(refused.value)
+
+
+def test_the_files_of_a_bag_are_played_by_their_times_whatever_the_metadata_says(tmp_path: Path) -> None:
+    path = write_2(tmp_path / "drive", StoragePlugin.SQLITE3)
+    first, second = path / "drive.db3", path / "late.db3"
+    middle_ns = BEGIN_NS + COUNT // 2 * PERIOD_NS
+    shutil.copy(first, second)
+    for file, unwanted in ((first, f"timestamp >= {middle_ns}"), (second, f"timestamp < {middle_ns}")):
+        with closing(sqlite3.connect(file)) as connection, connection:
+            connection.execute(f"DELETE FROM messages WHERE {unwanted}")
+
+    def disorder(metadata: dict[str, Any]) -> None:
+        metadata["relative_file_paths"] = [second.name, first.name]
+        metadata["starting_time"]["nanoseconds_since_epoch"] += 10**12
+        metadata["duration"]["nanoseconds"] = 0
+
+    with played(edit_metadata(path, disorder), Scene(())) as world:
+        odometry = world.subscribe("/odom", depth=None)
+        world.run_until(900_000_000)
+        assert [each.t_ns for each in odometry.take()] == [i * PERIOD_NS for i in range(28)]
+        assert [each.code.name for each in world.warnings] == ["NRP282"]  # it has not ended
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+@given(data=st.data())
+@settings(max_examples=10, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_damage_of_a_bag_is_an_error_that_names_it(kind: str, data: Any, whole_bags: dict[str, Path]) -> None:
+    path = whole_bags[kind]
+    file = path if path.is_file() else next(each for each in path.iterdir() if each.suffix != ".yaml")
+    whole = file.read_bytes()
+    at = data.draw(st.integers(0, len(whole) - 1) | st.integers(1, 6000).map(lambda n: len(whole) - n))
+    damage = data.draw(st.binary(max_size=200))
+    file.write_bytes(whole[:at] + damage + whole[at + len(damage) :] if damage else whole[:at])
+    try:
+        with suppress(NrpError), played(path, Scene(())) as world:
+            world.subscribe("/odom")
+            world.run_until(200_000_000)
+    finally:
+        file.write_bytes(whole)
+
+
+@pytest.fixture(scope="module")
+def whole_bags(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("bags")
+    return {kind: write(folder / kind) for kind, write in WRITERS.items()}
+
+
+def test_a_bag_without_messages_is_refused(tmp_path: Path) -> None:
+    with Writer1(tmp_path / "none.bag") as bag:
+        bag.add_connection("/odom", "nav_msgs/msg/Odometry", typestore=get_typestore(Stores.ROS1_NOETIC))
+    with pytest.raises(BackendLoadError, match=r"none\.bag"):
+        Bag(tmp_path / "none.bag")
+
+
 def test_topics_that_the_bag_lacks_or_has_with_other_messages_are_named(tmp_path: Path) -> None:
     path = write_1(tmp_path / "drive")
     for topic, words in (
         ("/eyes", "no messages on /eyes.*/eye/compressed"),
         ("/odom", "are nav_msgs.*not sensor_msgs"),
+        ("/heat", "unknown.*/heat .lab_msgs/msg/Heat"),
     ):
         (tmp_path / "room.sdf").write_text(ROOM.replace("<topic>/eye<", f"<topic>{topic}<").replace(
             "odometryTopic>/odom", "odometryTopic>/other"))  # fmt: skip

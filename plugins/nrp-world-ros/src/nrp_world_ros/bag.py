@@ -7,21 +7,19 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from functools import cached_property
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 from nrp_core.clock import seconds
-from nrp_core.errors import BackendLoadError, SimulationError, TopicError, did_you_mean
+from nrp_core.errors import BackendLoadError, NrpError, SimulationError, TopicError, did_you_mean
 from nrp_core.messages.cdr import Codec
 from nrp_core.messages.cv_bridge import CvBridge, CvBridgeError
 from nrp_core.messages.generated import made
 from nrp_core.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.world import Code, Direction, Model, Part, TopicInfo
 from rosbags.rosbag1 import Reader as Reader1
-from rosbags.rosbag1 import ReaderError as Error1
 from rosbags.rosbag2 import Reader as Reader2
-from rosbags.rosbag2 import ReaderError as Error2
 from rosbags.typesys import TypesysError
 
 from nrp_world_ros.engine import RemotePart, RosEngine
@@ -29,6 +27,8 @@ from nrp_world_ros.node import Answer, Letter, Node, Publisher
 from nrp_world_ros.ros1_encoding import Ros1Codec
 from nrp_world_ros.timekeeping import Sent, Timekeeper
 
+_LOGS = ("/rosout", "/rosout_agg", "/parameter_events", "/events/write_split")
+"""Topics on which ROS and its recorder report about themselves."""
 _COMPRESSED = "/compressed"
 """The end of the topic on which ROS has the images of a camera as files."""
 
@@ -39,8 +39,12 @@ class Bag(Node):
     Args:
         path: a ``.bag`` of ROS 1; an ``.mcap``, a ``.db3`` or a folder with ``metadata.yaml`` of ROS 2.
 
+    Attributes:
+        topics: the topics whose types are known here with the fields that they have in the bag.
+        left_out: the types of the others.
+
     Raises:
-        BackendLoadError: there is no such bag, or it cannot be read.
+        BackendLoadError: there is no such bag, it is empty, or it cannot be read.
     """
 
     tool = "bag"
@@ -51,31 +55,57 @@ class Bag(Node):
         is_first = path.suffix == ".bag"
         super().__init__(Ros1Codec() if is_first else Codec(), depth=None)
         self.path = path
+        self.topics: dict[str, TopicInfo] = {}
+        self.left_out: dict[str, str] = {}
         self._reader: Any
         try:
             self._reader = Reader1(path) if is_first else Reader2(path)
             self._reader.open()
-        except (Error1, Error2, OSError) as error:
+            with ExitStack() as failed:
+                failed.callback(self._reader.close)
+                files = self._reader.storage.storages if path.is_dir() else []
+                self._begin_ns, self._duration_ns = self._span(files)
+                self._find_topics()
+                failed.pop_all()
+        except NrpError:
+            raise
+        except Exception as error:  # the library raises exceptions of any type on a damaged file
             raise BackendLoadError(f"the bag '{path}' cannot be read: {error}") from error
-        first = next(self._reader.messages(), None)
-        self._begin_ns: int = self._reader.start_time if first is None else first[1]
-        self._duration_ns: int = max(self._reader.end_time - self._begin_ns, 1)
         self._heard: dict[str, set[str]] = {}
         self.rewind()
 
-    @cached_property
-    def topics(self) -> dict[str, TopicInfo]:
-        """The topics whose types are known here with the fields that they have in the bag."""
+    def _span(self, files: list[Any]) -> tuple[int, int]:
+        """Return begin and duration in ns.
+
+        Args:
+            files: those that ``metadata.yaml`` describes, whose own contents count.
+        """
+        files.sort(key=lambda file: file.metadata.start_time)
+        held = {each.topic for file in files for each in file.connections if each.msgcount}
+        said = [each for each in self._reader.connections if each.msgcount]
+        read = {each.topic for each in said if next(self._reader.messages([each]), None) is not None}
+        if files and (wrong := sorted(held.union(each.topic for each in said) - read)):
+            raise BackendLoadError(
+                f"'{self.path / 'metadata.yaml'}' and the files beside it disagree about {', '.join(wrong)}",
+                remedy=f"ros2 bag reindex {self.path}",
+            )
+        first = next(self._reader.messages(), None)
+        if first is None:
+            raise BackendLoadError(f"the bag '{self.path}' has no messages")
+        end_ns = max((file.metadata.end_time for file in files), default=self._reader.end_time)
+        return first[1], max(end_ns - first[1], 1)
+
+    def _find_topics(self) -> None:
         counts = Counter[str]()
         for each in self._reader.connections:
             counts[_absolute(each.topic)] += each.msgcount
-        found: dict[str, TopicInfo] = {}
         for each in self._reader.connections:
             name, kind = _absolute(each.topic), self._class(each)
-            if kind is not None and counts[name]:
+            if counts[name] and kind is None:
+                self.left_out[name] = _full(each.msgtype)
+            elif counts[name] and kind is not None:
                 rate_hz = counts[name] / seconds(self._duration_ns)
-                found[name] = TopicInfo(name, kind, Direction.OUT, rate_hz, "in the bag")
-        return found
+                self.topics[name] = TopicInfo(name, kind, Direction.OUT, rate_hz, "in the bag")
 
     def _class(self, connection: Any) -> type | None:
         """Return the class of the messages of a topic; None if it differs from the type in the bag."""
@@ -101,7 +131,7 @@ class Bag(Node):
         if coming is None:
             heard = [each for each in self._reader.connections if _absolute(each.topic) in self._heard]
             begin_ns = self._begin_ns + self._t_ns + 1
-            coming = self._coming = self._reader.messages(heard, start=begin_ns) if heard else iter(())
+            coming = self._coming = self._messages(heard, begin_ns)
             self._next = next(coming, None)
         sent: Sent = {}
         while self._next is not None and (at_ns := self._next[1] - self._begin_ns) <= t_ns:
@@ -115,6 +145,13 @@ class Bag(Node):
         self._t_ns = t_ns
         self.ended = t_ns > self._duration_ns
         return sent
+
+    def _messages(self, heard: list[Any], begin_ns: int) -> Iterator[Any]:
+        try:
+            if heard:
+                yield from self._reader.messages(heard, start=begin_ns)
+        except Exception as error:
+            raise SimulationError(f"the bag '{self.path}' is damaged: {error}") from error
 
     # -- as a node
 
@@ -219,6 +256,8 @@ class BagEngine(RosEngine):
         assert self._options.bag is not None
         self._bag = Bag(self._options.bag)
         self._known: set[str] = set()
+        if unknown := sorted(self._bag.left_out.keys() - set(_LOGS)):
+            self.warnings.add(Code.NRP282, _left_out(self._bag, unknown), subject=str(self._bag.path))
         return self._bag, _Playback(self._bag, 0.0)
 
     def _find_models(self) -> None:
@@ -236,6 +275,8 @@ class BagEngine(RosEngine):
 
     def _meet(self, wanted: set[str]) -> None:
         for topic in self._bag.missing(wanted):
+            if topic in self._bag.left_out:
+                raise SimulationError(_left_out(self._bag, [topic]))
             near = did_you_mean(topic, self._bag.topics)
             raise SimulationError(f"the bag '{self._bag.path}' has no messages on {topic}{near}")
         if self.scene.models and not self._where.topics.keys() - self._bag.missing(self._where.topics):
@@ -252,6 +293,11 @@ class BagEngine(RosEngine):
 
     def _do_close(self) -> None:
         self._bag.close()
+
+
+def _left_out(bag: Bag, topics: Iterable[str]) -> str:
+    text = ", ".join(f"{topic} ({bag.left_out[topic]})" for topic in topics)
+    return f"'{bag.path}': left out, because these types are unknown here, or have other fields: {text}"
 
 
 class _Others(Part):
