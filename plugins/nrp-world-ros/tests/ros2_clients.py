@@ -28,6 +28,7 @@ JointTolerance = kind("control_msgs/msg/JointTolerance")
 ListControllers = kind("controller_manager_msgs/srv/ListControllers")
 SwitchController = kind("controller_manager_msgs/srv/SwitchController")
 EntityState = kind("simulation_interfaces/msg/EntityState")
+EntityFilters = kind("simulation_interfaces/msg/EntityFilters")
 Resource = kind("simulation_interfaces/msg/Resource")
 SimulationState = kind("simulation_interfaces/msg/SimulationState")
 DeleteEntity = kind("simulation_interfaces/srv/DeleteEntity")
@@ -180,6 +181,26 @@ def standard(node: Node) -> None:
             f"{services}spawn_entity", SpawnEntity, entity_resource=Resource(resource_string=BOX), **request
         )
         found["spawned"].append(answer.entity_name or answer.result.error_message)
+    odd: list[dict[str, Any]] = [
+        {"name": "odd", "entity_resource": Resource(uri=uri)} for uri in ("file://[", "file:///a%00b")
+    ]
+    odd += [
+        {},
+        {"name": "box"},
+        {"name": "odd", "entity_namespace": "here"},
+        {"name": "odd", "initial_pose": PoseStamped()},
+    ]
+    odd[-1]["initial_pose"].header.frame_id = "arm/base"
+    for request in odd:
+        request = {"entity_resource": Resource(resource_string=BOX)} | request
+        answer = client.call(f"{services}spawn_entity", SpawnEntity, **request)
+        found.setdefault("refused", []).append(answer.result.result)
+    found["filters"] = []
+    for text in ("(", "a{99999999999}", 5000 * "("):
+        filters = EntityFilters(filter=text)
+        found["filters"].append(
+            client.call(f"{services}get_entities", GetEntities, filters=filters).result.result
+        )
     found["entities"] = list(client.call(f"{services}get_entities", GetEntities).entities)
     state = client.call(f"{services}get_entity_state", GetEntityState, entity="box_1").state
     found["height"] = state.pose.position.z

@@ -116,6 +116,8 @@ def test_services_of_controllers_and_simulators_and_parameters_answer(arm: Ros2)
     assert found["description"].startswith("<robot")
     assert "arm" in found["entities"]
     assert found["spawned"] == ["box", "box_1"]
+    assert found["refused"] == [104, 104, 102, 101, 0, 0]
+    assert found["filters"] == [4, 4, 4]
     assert found["height"] == pytest.approx(5.0, abs=0.01)
     assert (found["set in base"], found["set in world"]) == (0, 1)  # not supported; ok
     assert found["moved"] == pytest.approx([7.0, 0.0, 1.0])

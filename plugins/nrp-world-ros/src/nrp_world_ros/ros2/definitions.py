@@ -129,7 +129,7 @@ simulation_interfaces/srv/SpawnEntity
 string name; bool allow_renaming; Resource entity_resource; string entity_namespace
 geometry_msgs/PoseStamped initial_pose
 ---
-uint8 NAME_NOT_UNIQUE=101; uint8 NO_RESOURCE=104; uint8 RESOURCE_PARSE_ERROR=106
+uint8 NAME_NOT_UNIQUE=101; uint8 NAME_INVALID=102; uint8 NO_RESOURCE=104; uint8 RESOURCE_PARSE_ERROR=106
 Result result; string entity_name
 
 simulation_interfaces/srv/DeleteEntity

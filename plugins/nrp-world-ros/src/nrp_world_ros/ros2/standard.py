@@ -151,7 +151,7 @@ class Standard:
             return _refuse(response, 0, "entities can be chosen by their names only")
         try:
             response.entities = [name for name in names if re.search(request.filters.filter, name)]
-        except re.error as error:
+        except (re.error, OverflowError, RecursionError) as error:
             return _refuse(response, 4, f"the filter is not a regular expression: {error}")
         response.result.result = 1
         return None
@@ -185,11 +185,15 @@ class Standard:
 
     def _spawn_entity(self, request: Any, response: Any) -> None:
         resource, names = request.entity_resource, {model.name for model in self._world.scene.models}
-        name = request.name
+        if request.entity_namespace or request.initial_pose.header.frame_id not in ("", "world"):
+            return _refuse(response, 0, "only models without a namespace can be added, in the frame 'world'")
+        if not request.name and not request.allow_renaming:
+            return _refuse(response, response.NAME_INVALID, "a model needs a name")
+        name = wanted = request.name or "entity"
         if name in names:
             if not request.allow_renaming:
                 return _refuse(response, response.NAME_NOT_UNIQUE, f"there already is a model '{name}'")
-            name = next(each for i in range(1, 10**6) if (each := f"{request.name}_{i}") not in names)
+            name = next(each for i in range(1, 10**6) if (each := f"{wanted}_{i}") not in names)
         pose = self._node.ours(request.initial_pose.pose, Pose)
         try:
             if resource.resource_string:
@@ -214,7 +218,10 @@ class Standard:
         Raises:
             OSError: it does not exist, or is not in a folder of models.
         """
-        path = Path(unquote(urlparse(uri).path)).resolve(strict=True)
+        try:
+            path = Path(unquote(urlparse(uri).path)).resolve(strict=True)
+        except ValueError as error:  # no address, or a zero byte
+            raise FileNotFoundError(f"'{uri}' is not a file: {error}") from error
         if not any(path.is_relative_to(folder.resolve()) for folder in self._folders):
             places = ", ".join(map(str, self._folders)) or "no folder"
             raise PermissionError(f"'{path}' is not in {places}")
