@@ -65,7 +65,7 @@ class Physics:
             mujoco.mj_step(engine._model, data, self._steps)
         spent = time.process_time() - began
         for engine, data in zip(self._engines, self._data, strict=True):
-            assert data.qpos.tobytes() == engine._positions.tobytes(), "the physics alone moves otherwise"
+            assert data.qpos.tobytes() == engine._positions.tobytes(), "the physics alone differs"
         return spent
 
 

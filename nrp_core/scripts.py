@@ -305,7 +305,7 @@ class Scope:
 
 @lru_cache(maxsize=64)
 def _compile(data: bytes, path: str) -> CodeType:
-    """Compile a file; copies of an experiment execute the same files."""
+    """Compile a file once, because the copies of an experiment execute the same files."""
     return compile(data, path, "exec", dont_inherit=True)
 
 

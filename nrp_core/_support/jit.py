@@ -211,7 +211,7 @@ if COMPILED:
     @intrinsic  # type: ignore[untyped-decorator]
     def array_at(_typing: Any, place: Any, n: Any, like: Any) -> Any:
         """Return the array of ``n`` elements at a place in memory, of the type of another array."""
-        kind = types.Array(like.dtype, 1, "C")  # a global array, as the other may be, is constant
+        kind = types.Array(like.dtype, 1, "C")  # a global array is constant, and the other may be global
 
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             from numba.np.arrayobj import populate_array  # takes time to load, and only compiling needs it

@@ -17,7 +17,7 @@ Failures = dict[int, Exception]
 
 
 def note_failure(failed: Failures, number: int, call: Callable[[], object]) -> None:
-    """Make a call for a brain; its error does not stop the others."""
+    """Make a call for a brain, and store its error, so that the other brains continue."""
     try:
         call()
     except Exception as error:  # noqa: BLE001 - the caller decides about each brain
@@ -25,7 +25,7 @@ def note_failure(failed: Failures, number: int, call: Callable[[], object]) -> N
 
 
 class Engines:
-    """Calls the primitives of brains one after the other; backends may have faster ones."""
+    """Calls the primitives of one brain after the other; a backend may override this with a faster class."""
 
     def inject(
         self, brains: Sequence[Any], counts: IntArray, events: SynapticEvents, kinds: IntArray
@@ -35,8 +35,8 @@ class Engines:
         Args:
             brains: the brains.
             counts: how many events each source of each brain has, shape ``(brains, sources)``.
-            events: all events, in this order; their receptor does not count.
-            kinds: 1 for each event that inhibits, else 0.
+            events: all events, in this order; their receptor is ignored.
+            kinds: 1 for each inhibitory event, else 0.
         """
         borders, failed = [0, *np.cumsum(counts).tolist()], Failures()
         for number, (first, last) in enumerate(pairwise(borders)):
@@ -51,14 +51,14 @@ class Engines:
         return failed
 
     def run(self, brains: Sequence[Any], times_ns: Sequence[int]) -> Failures:
-        """Bring each brain to its time."""
+        """Advance each brain to its time."""
         failed: Failures = {}
         for number, (brain, t_ns) in enumerate(zip(brains, times_ns, strict=True)):
             note_failure(failed, number, partial(brain._do_run_until, t_ns))
         return failed
 
     def take(self, brains: Sequence[Any]) -> tuple[IntArray, Spikes]:
-        """Return and clear the new spikes: where those of each brain end, and all of them."""
+        """Return and clear the new spikes: the index after the last spike of each brain, and all spikes."""
         parts = [Spikes.merged([brain._do_take_spikes()]) for brain in brains]
         neurons = np.concatenate([part.neurons for part in parts])
         return np.cumsum([*map(len, parts)]), Spikes(

@@ -571,7 +571,7 @@ class Brain(Overview, Simulation):
 
     @property
     def _is_plain(self) -> bool:
-        """Whether nothing but its devices acts on it now, so that it can advance with others."""
+        """Whether only its devices act on it now, so that it can advance together with others."""
         return self.state is State.READY and not (self._began_ns or self._flowing)
 
     def _engines(self) -> Engines:

@@ -1,6 +1,6 @@
-"""Brains that advance together, for copies of an experiment: one call of compiled code for all of them.
+"""Brains of the copies of an experiment advance together, by one call of compiled code.
 
-Each brain gets the spikes that it gets alone, bit for bit, as the same compiled functions are called in the
+Each brain has the same spikes as alone, bit for bit, because the same compiled functions are called in the
 same order. A brain with currents, recorders of state or source populations advances alone.
 """
 
@@ -23,7 +23,7 @@ from nrp_core.errors import DivergedError
 
 
 class _Row:
-    """The addresses of the devices of a brain, while the same devices are attached."""
+    """The addresses of the devices of a brain, valid while the same devices are attached."""
 
     def __init__(self, brain: Brain) -> None:
         attached = brain._attached
@@ -55,7 +55,7 @@ class BrainBatch:
         """Advance each brain to its time; one that fails does not stop the others.
 
         Returns:
-            The errors of those that failed, as their own ``run_until`` raises them.
+            The errors of the brains that failed, as their own ``run_until`` raises them.
         """
         together, failed = self._chosen(brains, times_ns), {}
         if together:
@@ -165,7 +165,7 @@ class BrainBatch:
         spikes: Spikes,
         failed: Failures,
     ) -> None:
-        """Let brains fail that returned a spike time that is not finite."""
+        """Store an error for each brain that returned a spike time that is not finite."""
         for place in np.flatnonzero(~np.isfinite(spikes.times_ms)).tolist():
             number = int(ends.searchsorted(place, "right"))
             message = f"{type(brains[number]).__name__} returned a spike time that is not finite"

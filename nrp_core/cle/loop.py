@@ -236,7 +236,7 @@ class CoupledStep:
         self._last_ns = 0
 
     def advance(self, t_ns: int, account: TimeAccount) -> None:
-        """Bring both to ``t_ns``.
+        """Advance brain and world to ``t_ns``.
 
         Raises:
             BaseException: the exception of either side, after both have stopped.
@@ -411,10 +411,10 @@ class ClosedLoop(Closing):
             hook(self)
 
     def advance_world(self, brain_ns: int) -> None:
-        """Bring the world to the time of the brain, which advanced with those of other loops.
+        """Advance the world to the time of the brain, which advanced together with the brains of other loops.
 
         Args:
-            brain_ns: the time that the brain took, ns.
+            brain_ns: the wall time that the brain took, ns.
         """
         began = work.now_ns()
         self.world.run_until(self.brain.now_ns)
@@ -499,7 +499,7 @@ class ClosedLoop(Closing):
         return True
 
     def _function_time(self, now_ns: int, start_ns: int) -> float:
-        """Return the time that functions get, s."""
+        """Return the time that is passed to functions, s."""
         if self.tf_time != "summed":
             return seconds(now_ns if self.tf_time == "end" else start_ns)
         steps = start_ns // self.plan.period_ns

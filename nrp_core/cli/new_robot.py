@@ -63,7 +63,7 @@ def robot_values(file: Path) -> Mapping[str, Any]:
     free = [joint for joint in model.joints if joint.takes_commands and joint.mimic is None]
     carrying = {joint.parent for joint in free}
     wheels = [joint for joint in free if _is_wheel(joint) and joint.child not in carrying]
-    wheels = wheels if len(wheels) > 1 else []  # a wrist of an arm may turn like a wheel
+    wheels = wheels if len(wheels) > 1 else []  # one alone may be the wrist of an arm
     driven = list(_wheels(wheels, links) if wheels else _swinging(free[:_MAX_JOINTS]))
     if not driven:
         raise ExperimentError("this robot has no joint that takes commands", path=file)

@@ -155,7 +155,7 @@ def invalid_field(value: Any) -> str | None:
 
 
 def holds_finite_floats(value: Any) -> bool:
-    """Return whether all fields are finite floats, or messages of them, faster than by field.
+    """Return whether all fields are finite floats or messages of finite floats, faster than field by field.
 
     Integers are as good as floats, of which they have the size.
     """

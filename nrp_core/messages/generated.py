@@ -65,7 +65,7 @@ def _class(name: str, constants: Any, fields: Any) -> type:
 
 
 def __getattr__(name: str) -> Any:
-    """Return a class by its full name, by which pickles refer to it."""
+    """Return a class by the full name that pickles use for it."""
     if name.count("/") != 2:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return required(name)

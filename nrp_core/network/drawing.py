@@ -120,7 +120,7 @@ def extremes(values: Any) -> FloatArray:
 
 
 def in_parts(values: FloatArray) -> Iterator[FloatArray]:
-    """Yield consecutive values, few at a time: what is computed from them takes little memory."""
+    """Yield consecutive values in small parts, so that computations with them need little memory."""
     return (values[first : first + _FEW] for first in range(0, len(values), _FEW))
 
 

@@ -38,9 +38,9 @@ class ReplacedSimulators:
     def adapted(
         self, network: Network, timestep_ms: float, setup: Mapping[str, Any], options: Mapping[str, Any]
     ) -> tuple[Network, dict[str, str]]:
-        """Return a network as the first simulator runs it, and the option that gives it its steps.
+        """Return a network as the first simulator runs it, and the option that sets its time step.
 
-        NEST has whole steps of delays and refractory periods also where its spikes lie between steps. The
+        In NEST, delays and refractory periods are whole steps even for cells that spike between steps. The
         steps are reported once.
 
         Args:
@@ -83,7 +83,7 @@ def _has_exact_times(simulator: str, network: Network, setup: Mapping[str, Any])
 
 
 def _in_steps(network: Network, grid: Grid) -> Network:
-    """Return a network whose refractory periods are whole steps, at least as long, and delays the nearest."""
+    """Return a network with refractory periods rounded up, and delays rounded to the nearest, whole step."""
 
     def in_steps(population: Population) -> Population:
         given = population.parameters

@@ -40,7 +40,7 @@ _PACKAGES: Final[dict[str, str]] = {
     "nrp_core.world.rigid": "nrp_core.scene.rigid",
     "nrp_core.world.scene": "nrp_core.scene",
 }
-"""Packages that moved with all of their modules, and modules; applied after the others."""
+"""Packages that moved with all of their modules, and single modules; applied after the others."""
 
 WORLD_RESET: Final = "world_reset"
 """The recorded name of a reset of the world; ``reset`` is that of the run."""

@@ -215,7 +215,7 @@ class LinkMotions(NamedTuple):
         )
 
     def at(self, offsets: LinkMotions) -> LinkMotions:
-        """Return the motions of frames fixed at offsets in these: :meth:`ModelMotion.at` for each."""
+        """Return the motions of frames at fixed offsets in these links: :meth:`ModelMotion.at` for each."""
         turn, held = cast(Any, self.orientations.T), cast(Any, offsets.positions.T)
         qx, qy, qz, qw = turn
         positions = self.positions + np.array(rotate_vector(qx, qy, qz, qw, held)).T

@@ -11,15 +11,15 @@ from nrp_core.scene.rigid import BodyPath, Pose, Vector, Wrench
 Row = Sequence[float]
 """A force, N, and a torque, N m: six numbers along the axes of the world."""
 Pulls = dict[tuple[str, str], Row]
-"""The wrench of each link and owner on a body."""
+"""The wrench of each link and owner that acts on a body."""
 
 
 class Group(NamedTuple):
-    """Links that an owner pushes at the centres of mass of their bodies.
+    """Links to which an owner applies wrenches at the centres of mass of their bodies.
 
     Args:
         bodies: their bodies.
-        pulls: the wrenches on each body.
+        pulls: all wrenches on each body.
         keys: the key of the owner among these.
     """
 
@@ -42,10 +42,10 @@ class ExternalWrenches:
 
         Args:
             path: the model, and the index of the body.
-            body: the body, which the link is part of.
+            body: the body that the link is part of.
             link: the link.
-            pose: returns the pose of the link in the world, m; called where the link's centre of mass is not
-                that of the body.
+            pose: returns the pose of the link in the world, m; called only if the centre of mass of the link
+                is not that of the body.
             wrench: the wrench in the axes of the world, N and N m.
             of: the owner.
 
@@ -60,7 +60,7 @@ class ExternalWrenches:
         return own if len(pulls) == 1 else wrench_of(_total(pulls)), turns
 
     def group(self, links: Sequence[tuple[BodyPath, Body, str]], of: str) -> Group | None:
-        """Return links that an owner pushes; None if the centre of mass of one is not that of its body."""
+        """Return a group of links; None if the centre of mass of one is not that of its body."""
         if any(any(self._lever(*each)[1]) for each in links):
             return None
         pulls = tuple(self._by_body.setdefault(path, {}) for path, _, _ in links)
@@ -83,7 +83,7 @@ class ExternalWrenches:
 
 
 def wrench_of(row: Row) -> Wrench:
-    """Return the wrench with six numbers."""
+    """Return the wrench that six numbers give."""
     fx, fy, fz, tx, ty, tz = row
     return Wrench((fx, fy, fz), (tx, ty, tz))
 

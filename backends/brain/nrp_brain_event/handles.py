@@ -101,7 +101,7 @@ def handle(arrays: T) -> Handle[T]:
 
 
 def with_arrays(held: Handle[T], **changed: Array) -> Handle[T]:
-    """Return a handle with some arrays exchanged, and the places of the others; errors as above."""
+    """Return a handle with some arrays replaced, and the addresses of the others; errors as above."""
     arrays: Any = held.arrays
     arrays = arrays._replace(**changed)
     if not COMPILED:
@@ -112,7 +112,7 @@ def with_arrays(held: Handle[T], **changed: Array) -> Handle[T]:
 
 
 def _fill(places: Array, arrays: tuple[Array, ...], numbers: Iterable[int]) -> None:
-    """Write the places of some arrays."""
+    """Write the addresses of some arrays."""
     declared = list(_declared(type(arrays)).items())
     for number in numbers:
         place, array, (name, (dtype, ndim)) = places[number], arrays[number], declared[number]

@@ -10,15 +10,15 @@ from nrp_brain_event.records import EngineArrays
 from nrp_core.network.data import Network
 
 _MOST_BYTES: Final = 1 << 22
-"""A larger engine is built for each brain."""
+"""A larger engine is not shared: each brain builds its own."""
 
 
 class Start:
     """An initial engine; it is shared as long as one of its brains is open.
 
     Args:
-        network: the network that it was built for.
-        engine: its arrays, all neurons about to start.
+        network: the network for which it was built.
+        engine: its arrays, with all neurons in their initial state.
     """
 
     def __init__(self, network: Network, engine: EngineArrays) -> None:
@@ -29,7 +29,7 @@ _starts: WeakValueDictionary[tuple[int, float, bool], Start] = WeakValueDictiona
 
 
 def start_of(network: Network, tolerance_mv: float, *, quadrature: bool) -> Start:
-    """Return the engine of a network at time 0; it is shared if its brains write into copies only.
+    """Return the engine of a network at time 0; it is shared if its brains write only into copies.
 
     Raises:
         NetworkError: the network has impossible parameters or delays.

@@ -1,4 +1,4 @@
-"""Event-driven brains that advance together: their primitives, one call for all brains."""
+"""Event-driven brains that advance together: the primitives, each one call for all brains."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class EventEngines(Engines):
         self._table = np.empty(0, np.int64)
 
     def _engines(self, brains: Sequence[Any]) -> Array:
-        """Return the addresses of the places of all engines."""
+        """Return the addresses of the address tables of all engines."""
         places = [brain._places for brain in brains]
         if len(places) != len(self._known) or any(map(_is_other, places, self._known)):
             self._known, self._table = places, np.array([address(one) for one in places], np.int64)
@@ -87,7 +87,7 @@ def _is_other(one: object, other: object) -> bool:
 def inject_each(
     engines: Array, neurons: Array, times: Array, weights: Array, kinds: Array, done: Array, ends: Array
 ) -> int:
-    """Schedule the events of each engine that are not done; return the number of one without room, or -1."""
+    """Schedule the events of each engine that are not done; return an engine without room, or -1."""
     for i in range(len(engines)):
         if done[i] == ends[i]:
             continue
@@ -104,7 +104,7 @@ def inject_each(
 
 @jit
 def run_each(engines: Array, until: Array, end: Array, status: Array) -> None:
-    """Simulate each engine as :func:`run` does, and store what this returns."""
+    """Simulate each engine with :func:`run`, and store the results."""
     for i in range(len(engines)):
         places = array_at(engines[i], _SIZE, _PLACES).reshape((_SIZE // 3, 3))
         status[i] = run(places, until[i], end[i])
@@ -115,7 +115,7 @@ def count_each(engines: Array, ends: Array) -> int:
     """Sort the new spikes of each engine, unless there are many, and store where those of each will end.
 
     Returns:
-        The largest number of an engine.
+        The largest number of new spikes of one engine.
     """
     n, most = 0, 0
     for i in range(len(engines)):

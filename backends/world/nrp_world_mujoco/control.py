@@ -133,7 +133,7 @@ class Control:
         self._state.ctrl[actuator] = aim.stiffness * aim.position + aim.damping * aim.velocity + aim.effort
 
     def set_efforts(self, model: str, joints: tuple[str, ...], efforts: Sequence[float]) -> bool:
-        """Set the efforts of servos, unless one can follow with any load; return whether it did."""
+        """Set the efforts of servos, unless one follows with any load; return whether they were set."""
         path = model, joints
         if path not in self._servos:
             paths = [(model, joint) for joint in joints]

@@ -49,7 +49,7 @@ class Creep:
         self._seen: dict[tuple[str, str], list[float]] = {}
 
     def after(self, steps: int, data: Any) -> list[tuple[str, str, float]]:
-        """Return objects that slide, what holds them, and at which speed (m/s).
+        """Return the objects that slide, what holds them, and their speeds (m/s).
 
         Args:
             steps: the physics steps since the last call.

@@ -56,7 +56,7 @@ class MujocoEngine(JointedEngine):
         capabilities: the capabilities under the options.
         options: the options.
         like: another engine with the same scene.
-        built: what it has compiled, or a copy.
+        built: the compiled scene of the other engine, or a copy of it.
     """
 
     _built: Built
@@ -97,7 +97,7 @@ class MujocoEngine(JointedEngine):
     def copy(self, seed: int) -> MujocoEngine:
         """Open the same scene again without compiling it.
 
-        The copies of an engine share MuJoCo's data, except where these hold more than a state.
+        The copies of an engine share MuJoCo's data, unless the data contain more than a state.
         """
         built = self._built
         if self._shared is None and not (built.firm or built.model.opt.enableflags & _SLEEP):
@@ -142,7 +142,7 @@ class MujocoEngine(JointedEngine):
 
     @property
     def _data(self) -> Any:
-        """MuJoCo's data with the present state."""
+        """MuJoCo's data with the current state."""
         return self._loaded().data
 
     def _do_motion_of(self, body: Body, place: int, offset: Pose) -> MotionOf:
@@ -220,9 +220,9 @@ class MujocoEngine(JointedEngine):
             mujoco.mj_step(self._model, data, steps)
 
     def _last_step(self) -> Any:
-        """Return MuJoCo's data of the last step: its contacts and forces, which a state does not hold.
+        """Return MuJoCo's data of the last step: its contacts and forces, which are not part of a state.
 
-        The first call takes the last step again, in data that are this state's alone from then on.
+        The first call repeats the last step, in data that belong to this state alone from then on.
         """
         if self._row is not None and self._work is self._shared:
             self._work = Workspace(self._model)
@@ -238,7 +238,7 @@ class MujocoEngine(JointedEngine):
         return self._work.data
 
     def _loaded(self) -> Workspace:
-        """Return a workspace with the present state."""
+        """Return a workspace with the current state."""
         work = self._work
         if self._row is not None and work.loaded is not self._moment:
             self._row.load(self._model, work.data)
@@ -246,7 +246,7 @@ class MujocoEngine(JointedEngine):
         return work
 
     def _begin_row(self) -> None:
-        """Give the row the first state of the model, as that of new data is."""
+        """Write the initial state of the model, that of new data, into the row."""
         if self._row is not None:
             mujoco.mj_resetData(self._model, self._work.data)
             self._row.store(self._model, self._work.data)
@@ -276,7 +276,10 @@ class MujocoEngine(JointedEngine):
         super()._put_at_start(scene)
 
     def check_state(self, t_ns: int) -> None:
-        positions, rates = self._positions, self._rates  # sums of squares are faster than a look at each
+        positions, rates = (
+            self._positions,
+            self._rates,
+        )  # sums of squares are faster than a check of each number
         calm = isfinite(positions.dot(positions)) and rates.dot(rates) < MOST_RATE**2
         if calm and len(self._limited):
             now = positions.take(self._limited)
@@ -416,7 +419,7 @@ class MujocoEngine(JointedEngine):
         return data
 
     def _report_warnings(self, work: Workspace) -> None:
-        """Report the warnings of the last steps, and count from there on."""
+        """Report the warnings of the last steps, and restart their counts."""
         counts = work.warned.tolist()
         work.mute()
         kinds = mujoco.mjtWarning

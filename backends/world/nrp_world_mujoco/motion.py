@@ -116,7 +116,7 @@ class _Jointed:
 
 
 class LinkReader:
-    """Reads several frames at once; the numbers are those of their own readers.
+    """Reads several frames at once, with the same results as their own readers.
 
     Args:
         frames: the readers of the frames.

@@ -167,7 +167,7 @@ class ActuatorGroup:
         self._activations = _places((first + m.actuator_actnum[actuators] - 1)[self._active])
 
     def states(self, data: Any) -> FloatArray:
-        """Return lengths, velocities, tensions and activations in MuJoCo's data, shape ``(4, n)``."""
+        """Return lengths, velocities, tensions and activations from MuJoCo's data, shape ``(4, n)``."""
         found = np.zeros((4, len(self._gears)))
         np.divide(data.actuator_length[self._outputs], self._gears, out=found[0])
         np.divide(data.actuator_velocity[self._outputs], self._gears, out=found[1])
@@ -201,18 +201,18 @@ class PresentState:
         self._find_positions = mujoco.mj_fwdPosition if of_contacts else _find_lengths
 
     def states(self, m: Any, state: FloatArray, group: ActuatorGroup) -> FloatArray:
-        """Return lengths, velocities, tensions and activations in a complete state, shape ``(4, n)``."""
+        """Return lengths, velocities, tensions and activations from a complete state, shape ``(4, n)``."""
         return group.states(self._compute(m, state, complete=False))
 
     def sensor(self, m: Any, state: FloatArray, sensor: int) -> FloatArray:
-        """Return the numbers of a sensor in a complete state."""
+        """Return the values of a sensor from a complete state."""
         first, now = m.sensor_adr[sensor], self._compute(m, state, complete=True)
         numbers: FloatArray = now.sensordata[first : first + m.sensor_dim[sensor]].copy()
         return numbers
 
     def _compute(self, m: Any, numbers: FloatArray, *, complete: bool) -> Any:
         """Return data of a state, with accelerations and sensors on request."""
-        if self._now is None:  # many runs do not need it
+        if self._now is None:  # created on demand: many runs do not need it
             self._now = mujoco.MjData(m)
         now, state = self._now, numbers.tobytes()
         if (self._complete or not complete) and state == self._computed:

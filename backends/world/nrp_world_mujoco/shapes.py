@@ -67,7 +67,7 @@ def _range(joint: Joint | Freedom) -> list[float]:
 
 
 def _add_geom(body: Any, name: str, *given: Mapping[str, Any]) -> Any:
-    """Add a geom; to set its attributes takes half as long as to pass them as arguments."""
+    """Add a geom; setting its attributes takes half as long as passing them as arguments."""
     geom = body.add_geom()
     geom.name = name
     for arguments in given:

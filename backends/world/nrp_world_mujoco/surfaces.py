@@ -110,7 +110,7 @@ class Surfaces:
     def _is_above_another(
         self, ground: Ground, name: str, shapes: Mapping[str, tuple[Pose, Geometry]]
     ) -> bool:
-        """Return whether another shape is beneath a ground, which cells leave free."""
+        """Return whether there is another shape beneath a ground; cells leave this space free."""
         back = shapes[name][0].inverse()
         others = [place for other, place in shapes.items() if other != name]
         boxes = (box_around([(back @ pose, each)]) for pose, each in others)
@@ -129,7 +129,7 @@ class Surfaces:
         if len(errors):
             message = f"{len(errors)} concave meshes have too many convex parts for MuJoCo"
             self._warnings.add(
-                Code.NRP258, f"{message}, which are merged: their surface is up to {max(errors):.2g} m off"
+                Code.NRP258, f"{message}: parts are merged, which moves surfaces by up to {max(errors):.2g} m"
             )
         return dict(zip(uses, found, strict=True))
 

@@ -1,7 +1,7 @@
-"""Where the state of a scene is, and MuJoCo's data in which it is computed.
+"""The state of a scene, and the MuJoCo data in which its steps are computed.
 
-MuJoCo's data take 0.5 MB, and a state about 1 kB. So the copies of a scene keep states, and compute in data
-that they share, one on each thread. The results are the same: a step depends on nothing else.
+MuJoCo's data take 0.5 MB, a state about 1 kB. So each copy of a scene keeps only its state, and the copies
+share data for the computation, one per thread. The results are the same: a step depends only on the state.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from nrp_world_mujoco.library import mujoco
 from nrp_world_mujoco.muscles import PresentState
 
 COMPLETE: Final = mujoco.mjtState.mjSTATE_INTEGRATION
-"""All that the next step depends on."""
+"""Everything on which the next step depends."""
 
 
 class Workspace:
-    """MuJoCo's data, in which a state is computed.
+    """MuJoCo's data, in which a step is computed.
 
     Args:
         model: the compiled model.
@@ -28,8 +28,8 @@ class Workspace:
     Attributes:
         data: MuJoCo's data.
         warned: how often MuJoCo gave each kind of warning, plus one: it prints and logs only the first one.
-        loaded: the moment whose state is in the data; a new object at each change of a state.
-        placed, rated: the moments to which the poses and the velocities of bodies in the data belong.
+        loaded: a token of the state that is in the data; a state has a new token after each change.
+        placed, rated: the tokens of the states to which poses and velocities in the data belong.
         present: reads actuators and sensors.
     """
 
@@ -43,16 +43,16 @@ class Workspace:
         self.rated: object = None
 
     def mute(self) -> None:
-        """Mark every kind of warning as given."""
+        """Count every kind of warning as already printed."""
         self.warned[:] = 1
 
 
 class SharedWorkspace(threading.local, Workspace):
-    """A workspace of its own on each thread, for states of models of the same sizes."""
+    """One workspace per thread, for states of models of the same sizes."""
 
 
 class StateRow:
-    """The state of a copy, without MuJoCo's data; its arrays have the names that they have there.
+    """The state of a copy, without MuJoCo's data; its arrays have the names of those in the data.
 
     Args:
         model: the compiled model.
@@ -75,7 +75,7 @@ class StateRow:
         self.xfrc_applied = self._part(model, kinds.mjSTATE_XFRC_APPLIED).reshape(-1, 6)
 
     def _part(self, model: Any, kind: int) -> FloatArray:
-        """Return a component of the state, which has the components in the order of their bits."""
+        """Return a component of the state, in which the components are in the order of their bits."""
         start = mujoco.mj_stateSize(model, COMPLETE & (int(kind) - 1))
         return self.numbers[start : start + mujoco.mj_stateSize(model, kind)]
 

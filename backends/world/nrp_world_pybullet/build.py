@@ -235,7 +235,7 @@ class _Builder:
             bullet.changeDynamics(*where, lateralFriction=friction, physicsClientId=client)
             if (
                 friction and torsion
-            ):  # a contact has the sum of those of both bodies, each times the other's friction
+            ):  # a contact has the sum of both bodies' values, each times the friction of the other body
                 spinning = torsion / max(self._frictions.values())
                 bullet.changeDynamics(*where, spinningFriction=spinning, physicsClientId=client)
         if link.inertial.mass:

@@ -41,8 +41,8 @@ class LeakyMembrane:
         self.reset()
 
     def connect(self, weights: FloatArray, received: npt.NDArray[np.bool_], delay_ms: float) -> None:
-        """Set the weight of each neuron, nA, whether its spikes are received, and the delay of all."""
-        self._weights, self._received = weights, received  # the record has their addresses
+        """Set the weight (nA) of each neuron, whether its spikes are received, and the delay of all."""
+        self._weights, self._received = weights, received  # the record keeps only their addresses
         self.record["weights"], self.record["received"] = address(weights), address(received)
         self.record["n_neurons"], self.record["delay_ms"] = len(weights), delay_ms
 
@@ -63,7 +63,7 @@ class LeakyMembrane:
         self._load()
 
     def receive(self, neurons: IntArray, times_ms: FloatArray) -> None:
-        """Add those spikes of neurons that the membrane receives: the neuron of each, and its time, ms."""
+        """Add the spikes that the membrane receives, given the neuron and the time (ms) of each spike."""
         while not self._load().enqueue(self.place, neurons, times_ms):
             self.grow()
 
@@ -74,7 +74,7 @@ class LeakyMembrane:
         self._set_queue(room)
 
     def place_for_spikes(self) -> int:
-        """Return the address of the record for compiled code, which may add spikes from now on."""
+        """Return the address of the record for compiled code, which may add spikes from then on."""
         self._load()
         return self.place
 

@@ -1,4 +1,4 @@
-"""The passage of spikes through a filter, compiled.
+"""The filtering of spikes, compiled.
 
 See :class:`~nrp_core.brain.devices.membrane.LeakyMembrane`; importing this loads a compiler.
 """
@@ -24,7 +24,7 @@ _driven = inlined(filters.driven)
 
 @jit
 def enqueue(membrane: int, neurons: IntArray, times_ms: FloatArray) -> bool:
-    """Add the spikes that a membrane, by its address, receives; false if they need more room."""
+    """Add the spikes that the membrane at an address receives; return false if there is too little room."""
     own = array_at(membrane, 1, _MEMBRANE)[0]
     if own.waiting + len(neurons) > own.room:
         return False
@@ -43,7 +43,7 @@ def enqueue(membrane: int, neurons: IntArray, times_ms: FloatArray) -> bool:
 
 @jit
 def voltage_mv(membrane: int, t_ms: float) -> float:
-    """Move a membrane, by its address, to each spike that has arrived by a time; return its voltage then."""
+    """Advance the membrane at an address through the spikes until a time; return its voltage at that time."""
     own = array_at(membrane, 1, _MEMBRANE)[0]
     queue = array_at(own.queue, 2 * own.room, _NUMBERS)
     arrivals_ms, weights = queue[: own.room], queue[own.room :]
@@ -95,10 +95,10 @@ def receive_each(
     times_ms: FloatArray,
     done: int,
 ) -> int:
-    """Add the spikes of each brain to its membranes, shape ``(brains, membranes)``, from number ``done`` on.
+    """Add the spikes of each brain to its membranes, shape ``(brains, membranes)``, from ``done`` on.
 
     Returns:
-        The number of the first membrane that needs more room, or of all.
+        The number of the first membrane that needs more room, otherwise the number of membranes.
     """
     n = membranes.shape[1]
     for number in range(done, membranes.size):
@@ -114,7 +114,7 @@ def receive_each(
 
 @jit
 def count_each(counters: IntArray, size: int, ends: IntArray, neurons: IntArray) -> None:
-    """Add the spikes of each brain to its counters, shape ``(brains, counters)``, by neuron."""
+    """Add the spikes of each brain to its counters by neuron, shape ``(brains, counters)``."""
     for i in range(len(counters)):
         for k in range(counters.shape[1]):
             counts = array_at(counters[i, k], size, _COUNTS)

@@ -1,4 +1,4 @@
-"""The states of sources and membranes, which compiled code changes: arrays of one record each."""
+"""The states of sources and membranes as arrays of one record, which compiled code changes."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ class SinkPort(ABC):
 
     @property
     def filtering(self) -> int:
-        """The address of the membrane that filters all its spikes; 0: it has none."""
+        """The address of the membrane that filters all its spikes; 0 if there is none."""
         return 0
 
     @property
@@ -243,7 +243,7 @@ class _FilterPort(SinkPort):
         self._membrane.record["now_ms"] = now_ms
 
     def make_room(self) -> None:
-        """Make room for more spikes that wait."""
+        """Make room for more waiting spikes."""
         self._membrane.grow()
 
     def tire(self, synapse_type: Mapping[str, Any]) -> None:

@@ -20,9 +20,9 @@ _IDS: Final = np.empty(0, np.int64)
 
 @jit
 def due(train: int, since_ms: float, until_ms: float, on: bool) -> int:
-    """Return how many spikes come with ``since_ms < t <= until_ms``; -1 if more arrivals must be drawn.
+    """Return the number of spikes with ``since_ms < t <= until_ms``; -1 if more arrivals must be drawn.
 
-    The source is given by the address of its state, and emits spikes in this window if it is ``on``.
+    ``own`` is the address of the state of the source, which emits spikes in this window only if it is ``on``.
     """
     own = array_at(train, 1, _TRAIN)[0]
     rate = own.rate if on and own.active else 0.0
@@ -32,14 +32,14 @@ def due(train: int, since_ms: float, until_ms: float, on: bool) -> int:
     own.n_due = 0
     if rate == 0.0:
         return 0
-    guess = own.anchor_u + (until_ms - own.anchor_ms) * own.anchored_rate * 1e-3  # to rounding
+    guess = own.anchor_u + (until_ms - own.anchor_ms) * own.anchored_rate * 1e-3  # except for rounding
     k = own.next
     if own.copies > 0:
         while _real_ms(own, float(k)) <= until_ms:
             k += 1
         own.n_due = k - own.next
         return int(own.n_due * own.copies * own.n_neurons)
-    own.needed_u = guess + 1.0  # the last arrival is surely not due yet
+    own.needed_u = guess + 1.0  # after this, the last arrival is not due yet
     if own.last_u <= own.needed_u:
         return -1
     u = array_at(own.u, own.n_drawn, _FLOATS)
@@ -51,7 +51,7 @@ def due(train: int, since_ms: float, until_ms: float, on: bool) -> int:
 
 @jit
 def take(train: int, times_ms: FloatArray, neurons: IntArray) -> None:
-    """Store times and neurons of the spikes that :func:`due` has counted, which are then past."""
+    """Store the times and neurons of the spikes that :func:`due` has counted, and remove them."""
     own = array_at(train, 1, _TRAIN)[0]
     targets = array_at(own.neurons, own.n_neurons, _IDS)
     k = 0
@@ -73,13 +73,13 @@ def take(train: int, times_ms: FloatArray, neurons: IntArray) -> None:
 
 @inlined
 def _real_ms(own: Any, u: float) -> float:
-    """Return the time of an operational time at the current rate."""
+    """Return the real time of an operational time at the current rate."""
     return float(own.anchor_ms + (u - own.anchor_u) * (1e3 / own.anchored_rate))
 
 
 @inlined
 def _place(own: Any, v: float) -> int:
-    """Return the place of a random share among the cumulative shares of the neurons."""
+    """Return the index of a random share among the cumulative shares of the neurons."""
     last = own.n_neurons - 1
     if own.shares == 0:
         place = min(int(v * own.n_neurons), last)
@@ -101,7 +101,7 @@ def _place(own: Any, v: float) -> int:
 
 @jit
 def due_each(trains: IntArray, since_ms: FloatArray, until_ms: FloatArray, counts: IntArray) -> None:
-    """Store what :func:`due` returns for each source of each brain, shape ``(brains, sources)``."""
+    """Store the result of :func:`due` for each source of each brain, shape ``(brains, sources)``."""
     for i in range(len(trains)):
         for k in range(trains.shape[1]):
             counts[i, k] = due(trains[i, k], since_ms[i], until_ms[i], True)
@@ -116,7 +116,7 @@ def take_each(
     weights: FloatArray,
     kinds: IntArray,
 ) -> None:
-    """Store the events of the spikes that are due, brain by brain; the kind is 1 of those that inhibit."""
+    """Store the events of the spikes that are due, brain by brain; the kind of inhibitory events is 1."""
     first = 0
     for i in range(len(trains)):
         for k in range(trains.shape[1]):

@@ -58,9 +58,9 @@ def check_commands(examined: ExaminedExperiment) -> Iterator[Finding]:
 def _lacking(
     examined: ExaminedExperiment, needs: Callable[[Scene], Iterator[tuple[str, str]]]
 ) -> dict[str, str]:
-    """Return the topics for which the world lacks capabilities, with these capabilities.
+    """Return the topics for which the world lacks capabilities, and these capabilities.
 
-    Those of a world with its own scene, as a robot behind ROS, are not known.
+    The topics of a world with its own scene, such as a robot in ROS, are unknown.
     """
     if examined.world is None or examined.scene is None or examined.world.capabilities.own_scene:
         return {}

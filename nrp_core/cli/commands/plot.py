@@ -50,7 +50,7 @@ def plot(
     size: Annotated[
         str | None,
         typer.Option(
-            metavar="WxH", envvar="NRP_SIZE", help="Width and height, such as 180x120mm, or a width: 85mm."
+            metavar="WxH", envvar="NRP_SIZE", help="Width and height (180x120mm), or a width (85mm)."
         ),
     ] = None,
     dpi: Annotated[

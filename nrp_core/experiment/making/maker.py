@@ -306,7 +306,7 @@ class Parameters:
         return {side: {name: one.as_data() for name, one in all_.items()} for side, all_ in sides.items()}
 
     def given_to(self, experiment: Experiment) -> Experiment:
-        """Return an experiment that sets these values, where one is set."""
+        """Return an experiment with those of these values that are set."""
         brain = experiment.brain.model_copy(update={"parameters": _plain_values(self.brain)})
         functions = _plain_values(self.functions)
         return experiment.model_copy(update={"brain": brain, "function_parameters": functions})

@@ -489,7 +489,7 @@ class Experiment(Overview, Section):
     function_time_limit: TimeLimit = 60_000_000_000
     """Wall time that one call of a transfer function may take, or ``off``; see ``on_error``."""
     tf_time: Literal["end", "start", "summed"] = "end"
-    """Which time transfer functions get: that of their data, or the start of the step, also summed up."""
+    """The time for transfer functions: of their data, of the start of the step, or this as a sum of steps."""
     strict: bool = True
     """Whether a transfer function that cannot be bound, a robot or a part of the scene that cannot be
     read, or a topic that nobody serves is an error; otherwise these are left out with a warning, and the

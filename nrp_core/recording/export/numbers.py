@@ -59,12 +59,12 @@ class Series:
 
     @property
     def times_s(self) -> FloatArray:
-        """Times, s, shape ``(n,)``; not to be written."""
+        """Times, s, shape ``(n,)``; read-only."""
         return self._read()[0]
 
     @property
     def values(self) -> FloatArray:
-        """Values, shape ``(n, columns)``, not to be written; NaN where a message has no such number."""
+        """Values, shape ``(n, columns)``, read-only; NaN where a message does not have the number."""
         return self._read()[1]
 
     def _read(self) -> tuple[FloatArray, FloatArray]:
@@ -75,7 +75,7 @@ class Series:
             else:
                 table = np.full((n, width), np.nan)
                 for row, one in zip(table, self._values, strict=True):
-                    # one value can be that of all neurons
+                    # one value can apply to all neurons
                     row[: None if self.role == Role.SOURCE else len(one)] = one
             self._arrays = np.array(self._times_s), table
             for array in self._arrays:

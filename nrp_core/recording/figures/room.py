@@ -252,11 +252,11 @@ def label_ends(axes: Axes, name: str, track: Track, reach_m: float) -> list[Anno
 
 
 _MUCH_LARGER, _INSETS = 3.0, (0.3, 0.22, 0.16)
-"""A room this many times as large as the map is shown in a corner, with the first share of the map's width
-that leaves what moves alone."""
-_HIGHEST = 1.3  # of the map's height, the corner has at most this many times the share
+"""A room this many times as large as the map is shown in a corner, whose width is the first of these shares
+of the map's width with which it does not cover anything that moves."""
+_HIGHEST = 1.3  # maximum share of the map's height, in multiples of the share of its width
 _CLEAR = 0.03
-"""The least distance of the corner from what moves, as a share of the map."""
+"""Minimum distance of the corner from everything that moves, as a share of the map."""
 _PLACES, _POINTS = 9, 200
 """Number of positions that are tried on a side, and of points on a line that are checked."""
 _SMALL_MAP_M = 0.1
@@ -287,9 +287,9 @@ def _draw_pieces(axes: Axes, view: RoomView) -> None:
 
 
 def _draw_whole(axes: Axes, view: RoomView, coloured: Iterable[Coloured]) -> list[Bbox]:
-    """Draw a room that is much larger than the map in the emptiest place at a side; return that place.
+    """Draw a room that is much larger than the map where there is most space at a side; return that place.
 
-    It is smaller where a robot or its trajectory would be near, and left out where even that does not help.
+    It is drawn smaller if a robot or its trajectory is near, and left out if even the smallest is too near.
     """
     axes.apply_aspect()
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
@@ -335,11 +335,11 @@ def _in_axes(axes: Axes, lines: Iterable[FloatArray]) -> FloatArray:
 def _emptiest_side(
     near: FloatArray, beside: FloatArray, width: float, height: float
 ) -> tuple[float, float] | None:
-    """Return the place at the left or right side that covers least; None if each is near what moves.
+    """Return the place at the left or right side that covers least; None if all are near what moves.
 
     Args:
         near: points of what moves, in axes units, shape ``(n, 2)``.
-        beside: points of furniture, which may be covered where nothing else is free.
+        beside: points of furniture, which may be covered if there is no free place.
         width: the width of the place, in axes units.
         height: its height.
     """

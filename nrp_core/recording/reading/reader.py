@@ -190,7 +190,7 @@ class RecordingReader(Overview):
     def to_xarray(self) -> Any:
         """Return the numbers of all topics that are tables as an xarray Dataset, with units.
 
-        The variable ``husky/cmd_vel.linear.x`` has the field ``linear.x`` of ``/husky/cmd_vel`` over the
+        The variable ``husky/cmd_vel.linear.x`` is the field ``linear.x`` of ``/husky/cmd_vel`` over the
         simulated time in s; its unit is in ``attrs["units"]``. Topics with other times have other
         coordinates. Texts are left out.
 

@@ -150,7 +150,7 @@ class Stage:
         self._frames = np.tile(np.eye(3, 4), (1 + len(numbers), 1, 1))
 
     def frames(self, poses: Mapping[str, Pose]) -> FloatArray:
-        """Return all frames, the world's first, shape ``(n, 3, 4)``; those without a pose do not move."""
+        """Return all frames, the world's first, shape ``(n, 3, 4)``; frames without a pose do not move."""
         for visual, rgba in self._muscles.colors.items():
             self.mesh.set_color(visual, rgba)
         for name, number in self._numbers.items():
@@ -472,7 +472,7 @@ def _way(story: Story, name: str) -> float:
 
 
 def _box(story: Story, names: Collection[str]) -> tuple[FloatArray, FloatArray] | None:
-    """Return the lowest and the highest corner of robots at their first poses, m; None without shapes."""
+    """Return the lowest and highest corner (m) of robots at their first poses; None without shapes."""
     poses = story.first_poses
     pieces = [
         footprint(s, poses[s.frame]) for s in story.scene.shapes if s.model in names and s.frame in poses

@@ -61,7 +61,7 @@ def cells(triangles: Triangles, depth: float) -> list[Points]:
 
 
 def cells_of_surfaces(uses: Mapping[ConcaveMesh, int], most: int) -> tuple[list[list[Points]], FloatArray]:
-    """Return the cells of several surfaces, merged to hulls if they are too many, and kept as one entry.
+    """Return the cells of several surfaces, merged to hulls if too many, and cached as one entry.
 
     Args:
         uses: how often each surface is used.
@@ -178,7 +178,7 @@ def merged_cells(found: Sequence[Points], side: float) -> tuple[list[Points], fl
 
     Args:
         found: the cells of a surface.
-        side: of the cubes, m; cells with a larger extent stay alone.
+        side: the side of the cubes, m; larger cells are not merged.
 
     Returns:
         The corners of each, and the greatest distance from the surface at the middles of their triangles, m.

@@ -16,7 +16,7 @@ from nrp_core.scene.meshes.triangles import Coordinates, Triangles
 def mean_color(image: bytes | None) -> tuple[float, float, float] | None:
     """Return the mean red, green and blue of an image file, 0..1; None if it is missing or unreadable.
 
-    It is computed once and kept in the cache.
+    It is computed once and cached.
     """
     if not image:
         return None

@@ -278,7 +278,7 @@ def read_world_joints(
     """
     for joint in world.all("joint"):
         if joint.attribute("type") == "gearbox":
-            _warn_of_gearbox(joint, "it is beside the models whose joints it couples", reading)
+            _warn_of_gearbox(joint, "it is outside of the models whose joints it couples", reading)
             continue
         row = read_joint(joint, frames, version, reading)
         owner, other = (end.partition("::")[0] for end in (row[-1].child, row[0].parent))

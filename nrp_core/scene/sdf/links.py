@@ -28,7 +28,7 @@ from nrp_core.scene.sdf.appearance import read_appearance
 from nrp_core.scene.sdf.frames import Frames
 
 TORSION_BY_RADIUS: Final = 3 * pi / 16
-"""Of a contact patch with the pressure of Hertz."""
+"""The factor for a contact patch with the pressure of Hertz."""
 _MOST_BITS: Final = 0x7FFFFFFF
 """Of a positive number that engines hold."""
 
@@ -52,7 +52,7 @@ def read_friction(collision: Element, reading: Reading, *, static: bool = False)
 
 
 def read_torsion(collision: Element) -> float:
-    """Return the greatest torque of friction about the normal of a contact by its normal force, m.
+    """Return the maximum friction torque about the normal of a contact, divided by the normal force, m.
 
     It is Gazebo's (ODE) for a patch of radius ``a``: ``3 pi / 16`` times the coefficient and ``a``. A patch
     that grows with the depth of the contact, by ``<surface_radius>``, is not simulated.
@@ -147,13 +147,13 @@ def _decay(link: Element, reading: Reading) -> tuple[float, float]:
     """Return the rates of a ``<velocity_decay>``, 1/s.
 
     Gazebo Classic (ODE) multiplies a velocity by ``1 - decay`` in each of its steps, by default of 1 ms, so
-    that links with 1 hardly move. Files with 1 and more are for engines that ignore the element: DART and
+    links with 1 hardly move. Files with 1 or more are for engines that ignore the element: DART and
     Bullet in Gazebo.
     """
     section = link.section("velocity_decay")
     shares = [section.number(tag, 0.0) for tag in ("linear", "angular")]
     if not all(0.0 <= share < 1.0 for share in shares):
-        reason = "is ignored, as by Gazebo Sim: a velocity cannot lose this share of it in each millisecond"
+        reason = "is ignored, as in Gazebo Sim: the fraction per millisecond must be at least 0 and below 1"
         message = f"<velocity_decay> {max(shares, key=abs):g} {reason}"
         reading.notes.warn(section, Code.NRP383, message, subject="velocity_decay", alike="velocity_decay")
         return 0.0, 0.0

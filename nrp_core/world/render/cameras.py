@@ -135,11 +135,11 @@ RASTER, REALISTIC = SHARED = ("raster", "realistic")
 
 
 class Sight(Protocol):
-    """What a camera sees at a moment, of which an image is drawn when it is asked for."""
+    """What a camera sees at a given time; its image is drawn on request."""
 
     @property
     def palette(self) -> npt.NDArray[np.uint8]:
-        """All colours in the image, the last one that of the sky, shape ``(n, 3)``."""
+        """All colours in the image, that of the sky last, shape ``(n, 3)``."""
 
     @property
     def size(self) -> tuple[int, int]:
@@ -152,7 +152,7 @@ class Sight(Protocol):
         """Return the number of pixels in the left and in the right half with certain colours of the palette.
 
         Args:
-            chosen: for each colour whether it counts; not for that of the sky.
+            chosen: for each colour except that of the sky, whether it is counted.
         """
 
 

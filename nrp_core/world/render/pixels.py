@@ -81,9 +81,9 @@ def count_within(
     nearness: NearnessArray,
     seen: IndexArray,
 ) -> tuple[int, int]:
-    """Return at how many pixels of the left and of the right half one of the chosen surfaces is seen.
+    """Return the number of pixels in the left and in the right half that show a chosen surface.
 
-    Only the part of the image is drawn in which they can be. ``chosen`` is true for them, and false for the
+    Only the part of the image that they can cover is drawn. ``chosen`` is true for them and false for the
     background; the other arguments are those of :func:`draw`.
     """
     axes = _axes(frames, eye_frame, eye)
@@ -96,7 +96,7 @@ def count_within(
                 i = faces[face, corner]
                 _turn(vertices[i], frames[vertex_frames[i]], axes, points, i)
             low, high = _cover(points, faces, face, lens, low, high)
-    # one more on each side: the ends of a row are interpolated
+    # one more on each side: row ends are interpolated
     upper, lower = max(0.0, low[1] - 1.0), min(float(seen.shape[0]), high[1] + 1.0)
     first, end = max(0.0, low[0] - 1.0), min(float(seen.shape[1]), high[0] + 1.0)
     if not (upper < lower and first < end):
@@ -120,7 +120,7 @@ def _cover(
     low: tuple[float, float],
     high: tuple[float, float],
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the lowest and highest column and row of a face and what was covered before."""
+    """Return the lowest and highest column and row of a face and the area covered before."""
     focal, near, middle, centre = lens
     if not _faces_eye(points, faces, face):
         return low, high
@@ -158,7 +158,7 @@ def _draw_within(
     nearness: NearnessArray,
     seen: IndexArray,
 ) -> None:
-    """Draw the part of an image in a window: its first row and that after it, and the same of columns."""
+    """Draw the part of an image in a window: first row, row after the last, and the same for columns."""
     height, width = seen.shape
     nearness[window[0] : window[1], window[2] : window[3]] = 1.0 / far
     seen[window[0] : window[1], window[2] : window[3]] = NOTHING

@@ -140,12 +140,12 @@ def _start(scene: Scene) -> Moment:
 def eye_that_sees(
     points: FloatArray, yaw: float, up: float, *, vertical_fov: float, aspect: float, filled: float
 ) -> FloatArray:
-    """Return the pose of the camera as near as possible with all points in view, shape ``(3, 4)``.
+    """Return the nearest pose of the camera from which all points are visible, shape ``(3, 4)``.
 
     Args:
-        points: what must be in view, m, shape ``(n, 3)``.
+        points: the points that must be visible, m, shape ``(n, 3)``.
         yaw: direction from the points to the camera, rad.
-        up: its angle above the horizon, rad.
+        up: angle of this direction above the horizon, rad.
         vertical_fov: vertical field of view, rad.
         aspect: width of the image divided by its height.
         filled: the share of the image that the points may cover.

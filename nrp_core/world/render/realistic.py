@@ -98,7 +98,7 @@ def lit_share(
     number: int,
     outside: float,
 ) -> float:
-    """Return the share of a point's surroundings that is lit by a lamp; ``outside`` beside its map."""
+    """Return the lit share of the surroundings of a point; ``outside`` if not in the lamp's map."""
     size = maps.shape[1]
     depth = 0.0
     for axis in range(3):

@@ -71,7 +71,7 @@ class SceneMesh:
         self._first = {name: getattr(self, name) for name in _CHANGING}
 
     def copy(self) -> SceneMesh:
-        """Return the mesh with its first colours, which shares everything that never changes."""
+        """Return a mesh with the initial colours that shares all constant parts with this one."""
         other = copy(self)
         other.__dict__.update(self._first)
         return other
@@ -111,7 +111,7 @@ class SceneMesh:
         return framed if framed.any() else ~framed
 
     def set_color(self, visual: str, rgba: Rgba) -> None:
-        """Set the colour of a visual, named by its path; it shows its image in its own colour only.
+        """Set the colour of a visual, named by its path; its image is shown only in its original colour.
 
         The arrays of colours are replaced and not changed, because images that are drawn later use them.
         """
@@ -132,7 +132,7 @@ _CHANGING = ("palette", "shown", "glowing", "textures")
 
 
 def _with(array: A, number: int, value: Any) -> A:
-    """Return a copy of an array in which an item has another value."""
+    """Return a copy of an array with another value of one item."""
     changed = array.copy()
     changed[number] = value
     return changed

@@ -1,4 +1,4 @@
-"""An image that is drawn when somebody looks at it."""
+"""An image that is drawn when it is read."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from nrp_core.messages.std_msgs import Header
 from nrp_core.world.render.cameras import ImageArray, Sight
 
 ChooseColors = Callable[[npt.NDArray[np.uint8]], npt.NDArray[np.bool_]]
-"""Returns which of the colours of an array, shape ``(n, 3)``, are meant."""
+"""Returns which colours of an array, shape ``(n, 3)``, are chosen."""
 
 _NO_PIXELS = np.empty(0, np.uint8)
 _data: Any = Image.__dict__["data"]
@@ -27,7 +27,7 @@ def _choose(choose: ChooseColors, palette: bytes) -> npt.NDArray[np.bool_]:
 
 
 class SeenImage(Image):
-    """The image of a camera; its ``data`` are drawn at the first access, as they were at its time."""
+    """The image of a camera; its ``data`` are drawn at the first access."""
 
     __slots__ = ("_sight",)
     _sight: Sight | None

@@ -25,23 +25,23 @@ from nrp_core.world.render.realistic import FAR, SIZE, eye_towards, find_normal,
 from nrp_core.world.render.scene_mesh import SceneMesh
 
 BACKGROUND = (240, 243, 247)
-_NEAR_M = 1e-4  # depths are kept as reciprocals, so a short distance costs no precision
+_NEAR_M = 1e-4  # depths are stored as reciprocals, so a short distance does not reduce precision
 
 SUN = (0.5, -0.1, 0.9)
 """The direction to the sun of a scene without one: SDF's default."""
-_LEAST_HEIGHT = 0.4  # of a sun as a unit vector, so that shadows do not cover a room
+_LEAST_HEIGHT = 0.4  # minimum z of the unit vector to the sun, so that shadows do not cover a room
 _SKY, _SKY_SLOPE, _SUNSHINE = 0.54, 0.14, 0.36
-"""Light of the sky on a vertical surface, how much more a horizontal one has, and the light of the sun."""
+"""Sky light on a vertical surface, the additional sky light on a horizontal one, and sunlight."""
 
 _LINES = 5.0  # the grid has at least this many steps in the width of the first image
 _LINE, _LINE_STRENGTH, _MAJOR_STRENGTH = (
     0.012,
     0.16,
     0.30,
-)  # width in steps; share of dark, and of each fifth line
+)  # width in steps; darkness of a line, and of each fifth line
 _SHADE_ON_NOTHING = 0.16
 _NEAR_MAP = 2.2  # radius of the detailed shadow map, in multiples of half the width of the image
-_DENSE = 0.35  # in pixels this wide, as shares of a step, lines are not distinguished
+_DENSE = 0.35  # lines are not resolved if a pixel is wider than this share of a step
 _FLAT_M = 1e-3
 
 
@@ -89,7 +89,7 @@ def light(
         laid: the images on surfaces, of the shape of ``seen`` with three channels.
         covered: which faces have an image; shape ``(m,)``.
         grounds: which surfaces carry the grid; shape ``(k,)``.
-        grid: step and height of the grid, m; and the place (2) and the radius where it ends.
+        grid: step and height of the grid, its centre (x, y) and its radius, m.
         sun: unit vector to the sun.
         maps: reciprocal depths seen from the sun, the most detailed first, shape ``(k, size, size)``.
         map_eyes: rotation and translation of each map's eye to the world, shape ``(k, 3, 4)``.
@@ -221,7 +221,7 @@ def _mix_colors(
 def _sunlit(
     place: FloatArray, normal: FloatArray, maps: NearnessArray, eyes: FloatArray, focals: FloatArray
 ) -> float:
-    """Return the share of the sun at a point, by the first map that shows it."""
+    """Return the share of sunlight at a point, from the first map that shows the point."""
     share = -1.0
     for number in range(len(maps)):
         if share < 0.0:
@@ -231,7 +231,7 @@ def _sunlit(
 
 @inlined
 def _line(eye: FloatArray, place: FloatArray, x: float, y: float, pixel_m: float, grid: FloatArray) -> float:
-    """Return how dark the lines of the grid make a point; they are as wide as a pixel at least.
+    """Return the darkness of the lines of the grid at a point; a line is at least one pixel wide.
 
     Args:
         eye: pose of the camera.
@@ -278,7 +278,7 @@ def _add_floor(
     focals: FloatArray,
     total: FloatArray,
 ) -> None:
-    """Add the background, with the grid and the shadows on it where the ray meets the height of the floor."""
+    """Add the background, and the grid and shadows on it where the ray meets the height of the floor."""
     bright, depth = 1.0, _depth_of_floor(eye, x, y, grid)
     if depth > 0.0:
         bright -= _line(eye, place, x, y, depth * pixel, grid)
@@ -288,7 +288,7 @@ def _add_floor(
 
 
 def sun_of(lights: Sequence[Light]) -> tuple[float, float, float]:
-    """Return the direction to the sun: against the first directional light, or :data:`SUN`."""
+    """Return the direction to the sun: opposite to the first directional light, otherwise :data:`SUN`."""
     suns = [light.direction for light in lights if light.kind == "directional"]
     if not suns or not any(suns[0]):
         return SUN
@@ -298,13 +298,13 @@ def sun_of(lights: Sequence[Light]) -> tuple[float, float, float]:
 
 @dataclass(frozen=True)
 class _Stage:
-    """What stays the same in all images of a view.
+    """The parts of a view that are the same in all its images.
 
     Args:
         grid: see :func:`light`.
         grounds: which visuals carry the grid.
         casts: which visuals cast shadows.
-        framed: which vertices are not scenery.
+        framed: which vertices are not part of the scenery.
     """
 
     grid: FloatArray
@@ -314,9 +314,9 @@ class _Stage:
 
 
 class ShadedView:
-    """Draws a mesh from any place, smoothly, with the sun, its shadows and a grid on the floor.
+    """Draws a mesh from any pose, with smooth edges, the sun, its shadows and a grid on the floor.
 
-    The steps of the grid follow from the distance of the first image, so that they stay in a video.
+    The step of the grid follows from the distance in the first image, so it is constant in a video.
 
     Args:
         mesh: the visuals.
@@ -358,8 +358,8 @@ class ShadedView:
         Args:
             frames: rotation and translation to the world of all frames of the mesh, shape ``(n, 3, 4)``.
             eye: rotation and translation of the camera to the world, shape ``(3, 4)``.
-            near_m: the least distance of drawn objects, m.
-            away_m: distance of the middle of the picture, m; by default that of what is drawn there.
+            near_m: the minimum distance of drawn objects, m.
+            away_m: distance to the middle of the picture, m; by default that of the objects there.
         """
         mesh, optics = self._mesh, self.optics
         points = mesh.in_world(frames)
@@ -391,7 +391,7 @@ class ShadedView:
         return image
 
     def _distance(self, seen: IndexArray) -> float:
-        """Return the typical distance of what is drawn in the middle of the image, m; 1 for nothing."""
+        """Return the typical distance of objects in the middle of the image, m; 1 if there are none."""
         height, width = seen.shape
         middle = slice(height // 3, 2 * height // 3), slice(width // 3, 2 * width // 3)
         near = self._nearness[middle][seen[middle] != NOTHING]
@@ -438,7 +438,7 @@ class ShadedView:
 
 
 def _round_down(length_m: float) -> float:
-    """Return the largest of 1, 2 and 5 times a power of ten that is not longer."""
+    """Return the largest length of 1, 2 or 5 times a power of ten that is not longer than the given one."""
     power = 10.0 ** np.floor(log10(max(length_m, 1e-9)))
     return float(power * max(factor for factor in (1, 2, 5) if factor * power <= length_m * 1.000001))
 

@@ -203,7 +203,7 @@ class CameraPart(SensorPart):
         return Image(header, height, width, "rgb8", 0, width * channels, image)
 
     def _look(self) -> Sight | None:
-        """Return what the camera sees, if its image is needed only when somebody looks at it."""
+        """Return what the camera sees, if its image can be drawn when it is read."""
         return None if self._is_noisy else self._engine.look(*self._path)
 
     def _depth(self, now_ns: int) -> DepthArray:

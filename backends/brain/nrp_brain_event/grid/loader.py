@@ -193,7 +193,7 @@ def enlarged(grid: Grid) -> Grid:
     n_entries = 2 * max(n, len(grid.drive), _ROOM)
     after = np.arange(1, n_entries + 1, dtype=np.int32)
     after[:n], after[-1] = grid.entry_after, clock["free"][0]
-    segments = np.zeros(n_entries, np.int32)  # snapshots keep the rest too, so that it is the same in each
+    segments = np.zeros(n_entries, np.int32)  # zeros, because snapshots contain also the unused entries
     segments[:n] = grid.entry_segment
     clock["free"] = n
     clock["n_free"] += n_entries - n

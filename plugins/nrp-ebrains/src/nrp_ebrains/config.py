@@ -18,7 +18,7 @@ from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
 
 WHAT: Final = "a configuration of NRP-core 4"
 _MARKS: Final = ('"EngineConfigs"', '"ComputationalGraph"')
-"""A configuration contains one of these, and another JSON file does not."""
+"""Every configuration contains one of these; other JSON files do not."""
 PYTHON: Final = ("python_json", "python_grpc", "py_sim")
 GAZEBO: Final = ("gazebo_grpc", "gazebo_json")
 NEST: Final = ("nest_json", "nest_server")
@@ -121,7 +121,7 @@ class EventLoopConfig(_Form):
 
     @property
     def is_driven(self) -> bool:
-        """Whether only the nodes run that outputs need."""
+        """Whether only the nodes that outputs need are run."""
         return self.ExecutionMode == "OutputDriven"
 
 
@@ -210,7 +210,7 @@ def read_configuration(path: Path) -> tuple[Configuration, Tree, list[Finding]]:
 
 
 def _take_processes(tree: Tree, folder: Path) -> list[Finding]:
-    """Add the engines that run as programs beside an event loop; return notes about the other programs.
+    """Add the engines that are programs beside an event loop; return notes about the other programs.
 
     Raises:
         InvalidExperimentError: the file of such an engine does not exist or is not valid.

@@ -65,7 +65,7 @@ def _controller(joint: Element, reading: Reading) -> JointController:
 
 
 def is_inert(plugin: str) -> bool:
-    """Return whether a plugin only gives a part of a model or world a datapack, as every part has here."""
+    """Return whether a plugin only adds a datapack to a part of a model or world; all parts have one."""
     return re.fullmatch(r"NRPGazebo\w+(Link|Model|Camera|World)(Controller)?Plugin", plugin) is not None
 
 

@@ -141,9 +141,9 @@ class Loop:
         return [copied(pack.data) for pack in self._inputs.values() if not pack.isEmpty()]
 
     def set_datapack(self, pack: DataPack) -> None:
-        """Send a datapack of a client with every later iteration; those of functions come before it.
+        """Send a datapack of a client in every later iteration, after those of functions.
 
-        One for an engine that does not exist has no effect, as in NRP-core 4.
+        A datapack for an engine that does not exist has no effect, as in NRP-core 4.
         """
         self._from_client[pack.identity] = pack
 
@@ -189,7 +189,7 @@ class Loop:
                 pack.updated = False
 
     def _run_graph(self, due: Sequence[Engine], t_ns: int) -> Mapping[Identity, DataPack]:
-        """Run the nodes that engines need; in an event loop its nodes, at its own steps."""
+        """Run the nodes that engines need; in an event loop, run its nodes at its own steps."""
         needed = None
         if not self._graph_step_ns:
             needed = self._graph.needed_by([engine.name for engine in due])

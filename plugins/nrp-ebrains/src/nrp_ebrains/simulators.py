@@ -59,7 +59,7 @@ class MujocoSimulator(Simulator):
 
     _OBJECTS = "body", "joint", "geom", "site", "actuator", "sensor", "camera", "light", "tendon"
     _COUNTS: ClassVar = {"joint": "njnt", "actuator": "nu", "camera": "ncam"}
-    """The attributes with the numbers of objects; that of a body is ``nbody``."""
+    """The attributes with the numbers of objects, such as ``nbody`` for bodies."""
 
     def __init__(self, world: Path, step_s: float) -> None:
         import mujoco

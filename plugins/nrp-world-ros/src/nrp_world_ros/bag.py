@@ -1,6 +1,6 @@
-"""A bag as a body: the messages that ROS 1 or 2 has recorded arrive at their times, whatever the commands.
+"""A bag as a body: messages that ROS 1 or 2 recorded arrive at their times, and commands have no effect.
 
-No ROS is needed. Time 0 is the time of the first message of the bag.
+ROS is not needed. Time 0 is the time of the first message of the bag.
 """
 
 from __future__ import annotations
@@ -30,18 +30,18 @@ from nrp_world_ros.timekeeping import Sent, Timekeeper
 _LOGS = ("/rosout", "/rosout_agg", "/parameter_events", "/events/write_split")
 """Topics on which ROS and its recorder report about themselves."""
 _COMPRESSED = "/compressed"
-"""The end of the topic on which ROS has the images of a camera as files."""
+"""The end of the topic on which ROS publishes the images of a camera as compressed files."""
 
 
 class Bag(Node):
-    """A bag in the place of a node of ROS; what is sent to it has no effect.
+    """A bag in place of a ROS node; messages to it have no effect.
 
     Args:
         path: a ``.bag`` of ROS 1; an ``.mcap``, a ``.db3`` or a folder with ``metadata.yaml`` of ROS 2.
 
     Attributes:
-        topics: the topics whose types are known here with the fields that they have in the bag.
-        left_out: the types of the others.
+        topics: the topics whose types are known here and have the same fields in the bag.
+        left_out: the types of the other topics.
 
     Raises:
         BackendLoadError: there is no such bag, it is empty, or it cannot be read.
@@ -75,10 +75,10 @@ class Bag(Node):
         self.rewind()
 
     def _span(self, files: list[Any]) -> tuple[int, int]:
-        """Return begin and duration in ns.
+        """Return the time of the first message, ns, and the duration, ns.
 
         Args:
-            files: those that ``metadata.yaml`` describes, whose own contents count.
+            files: the files that ``metadata.yaml`` describes; only their contents determine the times.
         """
         files.sort(key=lambda file: file.metadata.start_time)
         held = {each.topic for file in files for each in file.connections if each.msgcount}
@@ -153,7 +153,7 @@ class Bag(Node):
         except Exception as error:
             raise SimulationError(f"the bag '{self.path}' is damaged: {error}") from error
 
-    # -- as a node
+    # -- the interface of a node
 
     def listen(self, topic: str, cls: type) -> None:
         source, wanted = topic, cls
@@ -171,17 +171,17 @@ class Bag(Node):
         return set()
 
     def missing(self, topics: Collection[str]) -> list[str]:
-        """Return those of the topics that the bag lacks."""
+        """Return the given topics that the bag lacks."""
         return sorted(set(topics).difference(*self._heard.values()))
 
     def publisher(self, topic: str, cls: type, *, latched: bool = False) -> Publisher:
         return _Nowhere()
 
     def call(self, service: str, request: Any, response: type, timeout_s: float) -> None:
-        """A bag answers nothing."""
+        """A bag does not answer calls."""
 
     def check(self) -> None:
-        """A bag is not lost."""
+        """A bag cannot be lost."""
 
     def close(self) -> None:
         self._reader.close()
@@ -205,7 +205,7 @@ def _absolute(topic: str) -> str:
 
 
 def _full(kind: str) -> str:
-    """Return a type as ``package/msg/Type``; the first bags of ROS 2 left out the ``msg``."""
+    """Return a type as ``package/msg/Type``; early bags of ROS 2 leave out ``msg``."""
     return kind if kind.count("/") == 2 else kind.replace("/", "/msg/")
 
 
@@ -233,7 +233,7 @@ class _Compressed(Letter):
 
 
 class _Playback(Timekeeper):
-    """The times of a bag, as fast as the loop asks."""
+    """The clock of a bag, as fast as the loop requests."""
 
     _node: Bag
 
@@ -246,7 +246,7 @@ class _Playback(Timekeeper):
 
 
 class BagEngine(RosEngine):
-    """A scene whose sensor data are those of a bag, for any command; the topics of no model are the world's.
+    """A scene whose sensor data come from a bag; topics that do not belong to a model belong to the world.
 
     Raises:
         BackendLoadError: there is no such bag, or it cannot be read.
@@ -268,7 +268,7 @@ class BagEngine(RosEngine):
         self._known |= {topic.name for part in usual for topic in part.topics}
         parts = super().parts(usual, model)
         models = self.scene.models
-        if model is not (models[-1] if models else None):  # others still come, whose topics are known then
+        if model is not (models[-1] if models else None):  # the topics of later models are not known yet
             return parts
         others = [topic for topic in self._bag.topics.values() if topic.name not in self._known]
         return [*parts, RemotePart(_Others(others), self)]
@@ -285,7 +285,7 @@ class BagEngine(RosEngine):
     def _do_advance(self, steps: int) -> None:
         super()._do_advance(steps)
         if self._bag.ended:
-            self.warnings.add(Code.NRP278, f"'{self._bag.path}' ends before the run", subject="time")
+            self.warnings.add(Code.NRP278, f"the bag '{self._bag.path}' ends before the run", subject="time")
 
     def _do_reset(self, seed: int) -> None:
         super()._do_reset(seed)

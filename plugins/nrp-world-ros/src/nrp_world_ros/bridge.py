@@ -103,7 +103,7 @@ class Calls:
         return self.ask(service, lambda: self._do(service, kind, request))
 
     def ask(self, service: str, do: Callable[[], Any]) -> Future[Any]:
-        """Take a call, in a thread of ROS; ``do`` returns its response in :meth:`answer`."""
+        """Accept a call, in a thread of ROS; in :meth:`answer`, ``do`` returns its response."""
         call = _Call(service, do)
         try:
             self._waiting.put_nowait(call)
@@ -262,7 +262,7 @@ class Bridge(Closing):
             self._audience.update()
 
     def _describe(self) -> None:
-        """Transfer the topics of each new scene, and offer its URDFs; a body of another loop needs none."""
+        """Transfer the topics of each new scene, and offer its URDFs, except for a body of another loop."""
         scene = self._world.scene
         if self._tell is None or scene is self._described:
             return

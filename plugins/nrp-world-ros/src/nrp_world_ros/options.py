@@ -135,7 +135,7 @@ class RosOptions(WorldOptions):
     def _agrees_with_itself(self) -> Self:
         others = ", ".join(f"'{name}'" for name in self.model_fields_set - {"bag", "timestep"})
         if self.bag is not None and others:
-            raise ValueError(f"a bag needs no connection to ROS: remove {others}")
+            raise ValueError(f"a bag does not use ROS: remove {others}")
         if self.domain is not None and self.ros is Ros.ONE:
             raise ValueError("only ROS 2 has domains: add 'ros: 2'")
         if self.body is None:

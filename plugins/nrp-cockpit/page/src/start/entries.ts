@@ -31,8 +31,8 @@ const sections: { title: string; none: string; holds: (entry: Entry) => boolean 
 ];
 
 /**
- * The entries that have all the words in them, by where they come from: what is in the folder first, what has none
- * last. A search shows only where it finds any.
+ * The entries that contain all the words, in sections by origin: those of the folder first, empty sections last. A
+ * search shows only the sections in which it finds entries.
  */
 export function sectionsOf(entries: readonly Entry[], search: string): Section[] {
   const words = search.toLowerCase().split(/\s+/).filter(Boolean);

@@ -7,7 +7,7 @@ export type Shown = "last" | "changes" | "seconds";
 /** What a page says of the recording that it holds; `nrp_cockpit/sharing` writes it. */
 export interface About extends Extent {
   topics: { topic: string; schemaName: string; schema: string; shown: Shown }[];
-  /** The moment that the page shows first. */
+  /** The time at which the page opens. */
   opens_ns: number;
   /** What a server reports on `/cockpit/NAME`. */
   reports: Record<string, object>;

@@ -114,9 +114,9 @@ def _about(folder: Path, session: RecordedSession, tracks: Iterable[Track]) -> b
 
 
 def _telling_ns(begin_ns: int, end_ns: int, timeline: Mapping[str, Any]) -> int:
-    """Return the time at which the page opens: what failed first, else what happened last, or the middle.
+    """Return the time at which the page opens: the first failure, else the last event, else the middle.
 
-    At the begin the plots are empty, and at the end there is nothing to play.
+    At the start, the plots are empty; at the end, there is nothing to play.
     """
     failed = [one["to_s"] for one in timeline["criteria"] if one["passed"] is False]
     failed += [one["t_s"] for one in timeline["failures"]]

@@ -29,7 +29,7 @@ CELL: Final = "IF_curr_exp_frozen"
 _PUBLISHED: Final = {"v_rest": -52.0, "v_reset": -52.0, "v_thresh": -45.0, "tau_refrac": 2.2, "cm": 0.02}
 """Shiu et al. (2024); the capacitance, which they do not need, makes 1 pA lead to 1 mV."""
 _OF_WORMS: Final = {"AVAL", "AVAR", "AVBL", "AVBR"}
-"""Command neurons of *C. elegans*, by which its tables are recognised."""
+"""Command neurons of *C. elegans*; a table that contains them is recognised as one of the worm."""
 _KNOWN: Final = {
     "efeb23fb99098e9c390f6869969b2a121a2ee92c833cfc45ecb2c1d8e1af0347": "FlyWire v783, Shiu et al. (2024)",
     "cd6707feebb17fc3cf47bc929eac08108ccfc8d154063ac816289d4c10eb1518": "C. elegans, Cook et al. (2019)",
@@ -124,15 +124,16 @@ def read_connectome(
 
 
 def _about_glutamate(known: Neurons, signs: Signs) -> Iterator[str]:
-    """Yield a remark where the rule for flies gives the signs of a worm."""
+    """Yield a note if the rule for flies is applied to the signs of a worm."""
     names, transmitters = (known.texts.get(what, ()) for what in ("name", "transmitter"))
     count = sum(
         text.strip().lower().startswith("glu") and signs.of_transmitter(text) < 0 for text in transmitters
     )
     if count and set(names) >= _OF_WORMS and "glutamate" not in signs.given:
         yield (
-            f"{count} glutamatergic neurons inhibit, as in flies; in C. elegans many excite (Fenyves et al. "
-            "2020, PLoS Comput Biol 16:e1007974): a row of 'glutamate' in a table for --unknown changes it"
+            f"{count} glutamatergic neurons are inhibitory, as in flies; in C. elegans many are excitatory "
+            "(Fenyves et al. 2020, PLoS Comput Biol 16:e1007974): to change this, add a row of 'glutamate' "
+            "to a table for --unknown"
         )
 
 

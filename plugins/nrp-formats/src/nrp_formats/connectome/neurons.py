@@ -61,7 +61,7 @@ class Neurons:
     remarks: tuple[str, ...] = ()
 
     def completed(self, other: Neurons) -> Neurons:
-        """Return the same neurons with what another table says of them and this one does not."""
+        """Return the same neurons with the data of another table that this one lacks."""
         row_of = {ident: row for row, ident in enumerate(other.ids.tolist())}
         rows = [row_of.get(ident, -1) for ident in self.ids.tolist()]
         texts = dict(self.texts)

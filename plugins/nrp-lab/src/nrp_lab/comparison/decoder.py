@@ -118,7 +118,7 @@ class Decoder:
 
     @property
     def explained_by_sink(self) -> dict[str, float]:
-        """The share of the variance of each sink that the fit explains, a mean over its values."""
+        """The share of the variance of each sink that the fit explains, averaged over its values."""
         return {name: float(values.mean()) for name, values in self._by_sink(self.explained).items()}
 
     def _by_sink(self, values: FloatArray) -> dict[str, FloatArray]:
@@ -177,7 +177,7 @@ def _values(run: RunSignals, name: str) -> FloatArray:
 
 
 def _table(run: RunSignals, widths: Mapping[str, int]) -> FloatArray:
-    """Return several series side by side; one value may be that of all neurons."""
+    """Return several series side by side; one value may apply to all neurons."""
     return np.concatenate(
         [np.broadcast_to(_values(run, name), (len(run.times_s), width)) for name, width in widths.items()],
         axis=1,
@@ -238,7 +238,7 @@ class DecoderBackend(BrainBackend):
 
 
 class DecoderBrain(Brain):
-    """A network whose cells never fire; sinks and voltages have the values that a decoder predicts."""
+    """A network whose cells never fire; its sinks and voltages have the values that a decoder predicts."""
 
     def __init__(
         self, decoder: Decoder, network: Network, seed: int, capabilities: BrainCapabilities

@@ -180,7 +180,7 @@ class Evidence:
 
     @property
     def command(self) -> str:
-        """The command that makes the same runs."""
+        """The command that repeats the runs."""
         grid = self.diff.grid
         controls = [name for name in self.controls if name != DECODER and name not in grid.others]
         named = [name for name in controls if not name.startswith(MATCHED)]

@@ -256,12 +256,12 @@ class RunGrid:
         return results / f"{cell}-{digest}"
 
     def load(self, cell: GridCell, *more: str) -> Experiment:
-        """Return the experiment of one run, with more overrides."""
+        """Return the experiment of one run, with additional overrides."""
         return load_experiment(self.experiment, [*self.settings(cell), *more])
 
     @contextmanager
     def open(self, cell: GridCell, revise: Callable[[Plan], Plan] | None) -> Iterator[Run]:
-        """Open one run, with its brain exchanged or without."""
+        """Open one run, optionally with another brain."""
         with Run(self.load(cell), revise=revise) as run:
             voltages = _recording_voltages(run) if self.shows_voltages else []
             if not voltages:
@@ -340,7 +340,7 @@ def _require_distinct(what: str, names: Sequence[object]) -> None:
 
 
 def _recording_voltages(run: Run) -> list[str]:
-    """Return the override that records the voltages that functions read, at the end of each step, if any."""
+    """Return the override, if any, that records the voltages that functions read, at the end of each step."""
     ports = [port for port in run.brain.devices if isinstance(port, StateRecorderPort)]
     read = np.concatenate([[-1], *(port.neurons for port in ports if port.variable == "v")])
     known, network = run.experiment.recording.voltages, run.brain.network

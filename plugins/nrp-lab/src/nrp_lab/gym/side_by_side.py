@@ -71,7 +71,7 @@ class SideBySide(Closing):
         together: BrainBatch,
         share: Sequence[int],
     ) -> None:
-        """Advance the brains of some loops together, then each of their worlds."""
+        """Advance the brains of some loops together, then the world of each."""
         chosen = [loops[number] for number in share]
         began = time.perf_counter_ns()
         ends_ns = [loop.now_ns + loop.plan.period_ns for loop in chosen]
@@ -90,7 +90,7 @@ class SideBySide(Closing):
     def _each(
         self, parts: Mapping[int, Callable[[], Waiting | None]], failed: dict[int, Exception]
     ) -> dict[int, Waiting]:
-        """Take a part of the step of each loop that has not failed.
+        """Perform a part of the step of each loop that has not failed.
 
         Returns:
             The loops that wait for a call.

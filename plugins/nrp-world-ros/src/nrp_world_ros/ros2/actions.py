@@ -57,7 +57,7 @@ class Goals(ABC):
         self._feedback = node.types.named(self.kind).Feedback
 
     def lead(self, controller: Any) -> None:
-        """Send goals to this controller, as that of a robot that was spawned again."""
+        """Send goals to this controller, for example that of a robot that was spawned again."""
         self._controller = controller
 
     @abstractmethod

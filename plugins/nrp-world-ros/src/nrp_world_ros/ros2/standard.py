@@ -66,7 +66,7 @@ class Standard:
         self._node.offer(name, package + short, lambda *given: self._ask(name, partial(answered, *given)))
 
     def _follow(self) -> None:
-        """Offer what belongs to the robots of the present scene; models may have been added."""
+        """Offer the interfaces of the robots in the current scene, which may have new models."""
         scene, kind = self._world.scene, "controller_manager_msgs/srv/"
         for model in scene.models if scene is not self._followed else ():
             for name, cls, controller in controllers_of(model):
@@ -83,7 +83,7 @@ class Standard:
         self._followed = scene
 
     def step(self) -> None:
-        """Follow goals, and robots that were added."""
+        """Follow goals, and add the interfaces of new robots."""
         self._follow()
         for goals in self._goals.values():
             goals.step()
@@ -109,7 +109,7 @@ class Standard:
         if unknown:
             response.message = f"there is no controller {', '.join(sorted(unknown))}"
         elif request.deactivate_controllers:
-            response.message = "controllers cannot be deactivated: the last command of a joint decides"
+            response.message = "controllers cannot be deactivated: a joint follows its last command"
         response.ok = not response.message
 
     # -- the simulator, by simulation_interfaces

@@ -43,7 +43,7 @@ class _Hash(Structure):
 
 
 class _Sequence(Structure):
-    """A sequence in C, as of bytes: what a message is here."""
+    """A sequence in C, for example of bytes; a message is one."""
 
     _fields_ = (("data", c_void_p), ("size", c_size_t), ("capacity", c_size_t))
 
@@ -129,11 +129,11 @@ class MachineCode:
         return self._add(bytes.fromhex("1f000039 000080d2 c0035fd6" if self._is_arm else "c60700 31c0 c3"))
 
     def size(self) -> int:
-        """Return the address of a function that returns the size of the sequence at its argument."""
+        """Return the address of a function that returns the size of a sequence, given its address."""
         return self._add(bytes.fromhex("000840b9 c0035fd6" if self._is_arm else "8b4708 c3"))
 
     def encoding(self, write: int) -> int:
-        """Return the address of a function of a sequence and an encoder, which writes one to the other.
+        """Return the address of a function that writes a sequence to an encoder, its arguments.
 
         Args:
             write: the function of an encoder, data and their size.
@@ -146,7 +146,7 @@ class MachineCode:
         return self._add(bytes.fromhex(before) + a + bytes.fromhex(after))
 
     def decoding(self, buffer_at: int, data_at: int, copy: int) -> int:
-        """Return the address of a function of a decoder and a sequence, which copies all data of one.
+        """Return the address of a function that copies all data of a decoder to a sequence, its arguments.
 
         Args:
             buffer_at: where the decoder has a pointer to its buffer.
@@ -303,7 +303,7 @@ def _word(address: int) -> int:
 
 
 def _cdr_layout(cdr: Any) -> tuple[int, int]:
-    """Return where a decoder of Fast CDR has its buffer, and the buffer its data, which their size follows.
+    """Return the offset of the buffer in a Fast CDR decoder, and that of the data in the buffer.
 
     It is read from a decoder of a known buffer, so it does not depend on the version of the library.
 
