@@ -28,7 +28,7 @@ def write(path: Path, **columns: object) -> Path:
     return path
 
 
-def excited(edges: Path, neurons: Path | None = None, **options: object) -> Connectome:
+def excited(edges: Path, neurons: Path | tuple[Path, ...] = (), **options: object) -> Connectome:
     """Read a connectome whose edges of unknown sign excite."""
     return read_connectome(edges, neurons, unknown="excite", **options)
 
