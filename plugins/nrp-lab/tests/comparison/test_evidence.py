@@ -7,6 +7,7 @@ import os
 import re
 import shlex
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -26,7 +27,7 @@ from nrp_lab.comparison.decoder import (
     with_decoder,
 )
 from nrp_lab.comparison.evidence import Doing, Evidence, doing_of, evidence_grid
-from nrp_lab.comparison.grid import GridCell, RunGrid, run_grid
+from nrp_lab.comparison.grid import GridCell, RunGrid, _recording_voltages, run_grid
 from nrp_lab.comparison.judgement import Contrast, Estimate, Factor, Relation
 from nrp_lab.comparison.metric import Margins
 from nrp_lab.comparison.result import GridDiff
@@ -44,7 +45,8 @@ from nrp_core.brain import (
 )
 from nrp_core.dsl import spike_recorder
 from nrp_core.errors import CapabilityError, ExperimentError
-from nrp_core.experiment import Plan
+from nrp_core.experiment import Plan, Run
+from nrp_core.experiment.model.experiment import VoltageSection
 from nrp_core.network.cells import CELLS
 
 BRAIN = """
@@ -118,6 +120,15 @@ def test_a_value_is_decoded_as_well_beside_one_in_another_unit() -> None:
     np.testing.assert_allclose(found[1:], found[:-1], atol=1e-6)
 
 
+def test_constant_values_do_not_count_as_explained() -> None:
+    rng, none = np.random.default_rng(0), np.zeros(0)
+    noise = rng.normal(size=(300, 1))
+    explained = ridge(rng.normal(size=(300, 2)), np.hstack([noise, np.ones((300, 2))]))[2]
+    decoder = Decoder({}, {"varied": 2, "constant": 1}, {}, 1, none, none, none, none, explained)
+    assert decoder.explained_by_sink == {"varied": pytest.approx(explained[0]), "constant": 1.0}
+    assert explained[0] < 0.1
+
+
 def test_steps_are_left_out_of_a_fit_that_would_not_fit_in_memory() -> None:
     inputs = np.arange(20.0).reshape(10, 2)
     np.testing.assert_array_equal(_lagged(inputs, 3, 4), _lagged(inputs, 3)[::4])
@@ -177,6 +188,9 @@ def test_only_criteria_and_events_need_the_wiring(is_finding: bool, doing: Doing
     assert found.doing is doing
     assert ("no criteria" in found.sentence) is not is_finding
     assert ("linear decoder" in found.sentence) is is_finding
+    partial = replace(found, left_out={"shuffle: signs": "all excite"}, without_decoder="no sink")
+    rest = found.sentence[0].lower() + found.sentence[1:]
+    assert partial.sentence == f"Compared without 'shuffle: signs' and 'decoder alone', {rest}"
 
 
 def test_two_animals_of_one_name_are_refused() -> None:
@@ -197,7 +211,11 @@ def test_the_page_has_the_command_that_makes_its_runs() -> None:
     others = {"animal": ["one.nrpnet", "two.nrpnet"], "world": ["mujoco", "pybullet"], "timestep": ["10 ms"]}
     controls = "rewire: degree_preserving", "silence: sensors"
     grid = evidence_grid("braitenberg_husky", controls, others, 3, ["duration=9 s"], {})
-    found = shlex.split(Evidence(cast(GridDiff, SimpleNamespace(grid=grid))).command)
+    made, left_out = (
+        replace(grid, wirings=tuple(set(grid.wirings) - {controls[1]})),
+        {controls[1]: "it has none"},
+    )
+    found = shlex.split(Evidence(cast(GridDiff, SimpleNamespace(grid=made)), "", left_out).command)
     assert found[:6] == ["nrp", "diff", "braitenberg_husky", "--evidence", "--seeds", "3"]
     pairs = list(zip(found[6::2], found[7::2], strict=True))
     assert pairs == [
@@ -233,6 +251,27 @@ def test_a_control_that_a_network_does_not_allow_leaves_the_others(tmp_path: Pat
     assert "rewired" in left_out[controls[0]]
     with pytest.raises(InvalidExperimentError):
         run_grid(grid, tmp_path, 1, lambda *_: None)
+
+
+def test_voltages_that_functions_read_are_recorded_beside_those_that_the_file_names() -> None:
+    port = StateRecorderPort.__new__(StateRecorderPort)
+    port.__dict__.update(neurons=np.array([2, 4]), _spec=VoltageRecorder())
+    ids = {"all": np.arange(2), "some": np.arange(2, 5), "none": np.arange(5, 7)}
+    network = SimpleNamespace(populations=ids, ids_of=ids.get)
+
+    def recorded(**voltages: VoltageSection) -> object:
+        brain = SimpleNamespace(devices=[port], network=network)
+        experiment = SimpleNamespace(recording=SimpleNamespace(voltages=voltages), timestep=20)
+        (text,) = _recording_voltages(cast(Run, SimpleNamespace(brain=brain, experiment=experiment))) or [""]
+        return json.loads(text.removeprefix("recording.voltages=") or "0")
+
+    whole = VoltageSection(interval="5 ms")
+    assert recorded() == {"some": {"cells": [0, 2], "interval": "20 ns"}}
+    assert recorded(some=whole) == 0
+    assert recorded(some=VoltageSection(cells=(0, 2))) == 0
+    assert recorded(all=whole, some=VoltageSection(cells=(1, 2), interval="5 ms")) == {
+        "all": {"interval": "5000000 ns"}, "some": {"cells": [0, 1, 2], "interval": "5000000 ns"},
+    }  # fmt: skip
 
 
 def decoder_brain() -> DecoderBrain:

@@ -58,7 +58,7 @@ class Decoder:
         weights: shape ``(lags * n_inputs, n_outputs)``, the latest step first.
         offsets: each output without inputs.
         low, high: smallest and largest value of each output in the fitted runs; they clip predictions.
-        explained: share of the variance of each output that the fit explains.
+        explained: share of the variance of each output that the fit explains; NaN for a constant one.
     """
 
     sources: Mapping[str, int]
@@ -118,8 +118,9 @@ class Decoder:
 
     @property
     def explained_by_sink(self) -> dict[str, float]:
-        """The share of the variance of each sink that the fit explains, averaged over its values."""
-        return {name: float(values.mean()) for name, values in self._by_sink(self.explained).items()}
+        """The share of the variance of each sink that the fit explains, averaged over values that vary."""
+        shares = {name: values[~np.isnan(values)] for name, values in self._by_sink(self.explained).items()}
+        return {name: float(values.mean()) if len(values) else 1.0 for name, values in shares.items()}
 
     def _by_sink(self, values: FloatArray) -> dict[str, FloatArray]:
         ends = np.cumsum(list(self.sinks.values()))
@@ -166,7 +167,7 @@ def ridge(inputs: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArra
     weights *= size / scale[:, np.newaxis]
     offsets = offset - centre @ weights
     residuals = values - inputs @ weights - offsets
-    explained = np.where(size > 0, 1 - residuals.var(axis=0) / np.where(size > 0, size**2, 1), 1.0)
+    explained = np.where(size > 0, 1 - residuals.var(axis=0) / np.where(size > 0, size**2, 1), np.nan)
     return weights, offsets, explained
 
 

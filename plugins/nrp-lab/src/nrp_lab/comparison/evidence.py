@@ -169,9 +169,12 @@ class Evidence:
 
     @property
     def sentence(self) -> str:
-        """The verdict in a sentence."""
+        """The verdict in a sentence, which begins with the controls that were left out."""
         why = "" if self.finding else ", because the experiment has no criteria and no events"
-        return self.doing.format(n=len(self.diff.runs)) + why
+        text = self.doing.format(n=len(self.diff.runs)) + why
+        absent = [*self.left_out, *([DECODER] if self.without_decoder else [])]
+        names = " and ".join(f"'{name}'" for name in absent)
+        return f"Compared without {names}, {text[0].lower()}{text[1:]}" if absent else text
 
     @property
     def controls(self) -> list[str]:
@@ -182,7 +185,8 @@ class Evidence:
     def command(self) -> str:
         """The command that repeats the runs."""
         grid = self.diff.grid
-        controls = [name for name in self.controls if name != DECODER and name not in grid.others]
+        tried = (*self.controls, *self.left_out)
+        controls = [name for name in tried if name != DECODER and name not in grid.others]
         named = [name for name in controls if not name.startswith(MATCHED)]
         parts = ["nrp", "diff", grid.experiment, "--evidence", "--seeds", str(len(grid.seeds))]
         parts += ["--controls", ", ".join(named)] if named else []

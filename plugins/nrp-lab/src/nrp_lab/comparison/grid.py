@@ -348,11 +348,13 @@ def _recording_voltages(run: Run) -> list[str]:
         label: {"interval": f"{section.interval} ns"} | ({"cells": section.cells} if section.cells else {})
         for label, section in known.items()
     }
+    missing: dict[str, Any] = {}
     for label in network.populations:
         cells = np.flatnonzero(np.isin(network.ids_of(label), read)).tolist()
-        if cells and label not in known:
-            sections[label] = {"cells": cells, "interval": f"{run.experiment.timestep} ns"}
-    return [f"recording.voltages={json.dumps(sections)}"] if len(sections) > len(known) else []
+        section = sections.get(label, {"cells": (), "interval": f"{run.experiment.timestep} ns"})
+        if not set(cells) <= set(section.get("cells", cells)):
+            missing[label] = section | {"cells": sorted({*section["cells"], *cells})}
+    return [f"recording.voltages={json.dumps(sections | missing)}"] if missing else []
 
 
 Progress = Callable[[int, int, str], None]
