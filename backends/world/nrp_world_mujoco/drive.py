@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.scene.rigid import BodyVelocity, Pose
 from nrp_core.world.engine_kit.planar_servo import PlanarServo
 from nrp_core.world.engine_kit.simulated import Decay
@@ -103,15 +103,9 @@ class Decays:
         self._last = wrenches[self._ids]
         wrenches[self._ids] = given
 
-    @contextmanager
-    def acting(self, data: Any) -> Iterator[None]:
-        """Apply the wrenches of the last step again, so that sensors measure that step."""
-        given = data.xfrc_applied[self._ids]
-        data.xfrc_applied[self._ids] = self._last
-        try:
-            yield
-        finally:
-            data.xfrc_applied[self._ids] = given
+    def act_again(self, wrenches: FloatArray) -> None:
+        """Write the wrenches of the last step on the bodies that decay, for sensors that measure that step."""
+        wrenches[self._ids] = self._last
 
     def _slow(self, data: Any, ident: int, decay: Decay) -> None:
         kind = mujoco.mjtObj.mjOBJ_BODY  # its centre of mass

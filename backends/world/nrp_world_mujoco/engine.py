@@ -25,6 +25,7 @@ from nrp_core.scene.rigid import (
     Pose,
     Quaternion,
     ReadFrames,
+    Touch,
     Wrench,
 )
 from nrp_core.world.capabilities import WorldCapabilities
@@ -125,6 +126,7 @@ class MujocoEngine(JointedEngine):
         self._begin_row()
         self._positions, self._rates = self._state.qpos, self._state.qvel
         self._taken = 0
+        self._pushes: FloatArray | None = None
         self._moment: object = object()
         self._placed: object = None
         self._rated: object = None
@@ -156,9 +158,19 @@ class MujocoEngine(JointedEngine):
             self._link_readers[model, links] = reader
         return reader()
 
+    def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
+        self._keep_pushes()
+        super()._do_set_wrench(body, wrench)
+
     def _do_set_wrenches(self, bodies: tuple[BodyPath, ...], wrenches: Sequence[Sequence[float]]) -> None:
+        self._keep_pushes()
         places = [self._built.bodies[model][index][1] for model, index in bodies]
         self._state.xfrc_applied[places] = wrenches
+
+    def _keep_pushes(self) -> None:
+        """Keep the wrenches on bodies in the last step, before the first change since."""
+        if self._pushes is None:
+            self._pushes = self._state.xfrc_applied.copy()
 
     def _do_base(self, body: Body, place: int) -> Floating:
         return Floating(self._model, self._state, place)
@@ -186,19 +198,29 @@ class MujocoEngine(JointedEngine):
         return states
 
     def _do_joint_wrench(self, model: str, joint: str) -> Wrench:
-        with self._decays.acting(self._last_step()):
+        if not self._taken:
+            return Wrench()
+        applied = self._last_step().xfrc_applied
+        now = applied.copy()
+        applied[:] = self._state.xfrc_applied if self._pushes is None else self._pushes
+        self._decays.act_again(applied)
+        try:
             return super()._do_joint_wrench(model, joint)
+        finally:
+            applied[:] = now
+
+    def _do_touches(self) -> Sequence[Touch]:
+        return super()._do_touches() if self._taken else ()
 
     def _do_advance(self, steps: int) -> None:
         work, row = self._work, self._row
         if row is not None:
-            row.before[:] = row.numbers
-            row.load(self._model, work.data)
+            row.begin(self._model, work.data)
         self._take(work.data, steps)
-        self._taken, self._moment = steps, object()
+        self._taken, self._pushes, self._moment = steps, None, object()
         if row is not None:
             row.store(self._model, work.data)
-            work.loaded = self._moment
+            work.loaded, work.placed, work.rated = self._moment, None, None
         for held, holder, speed in self._creep.after(steps, work.data):
             speed_mm = f"{1e3 * speed:.2g} mm/s"
             message = f"'{held}' slides along '{holder}' at {speed_mm}, although friction should hold it"
@@ -229,7 +251,12 @@ class MujocoEngine(JointedEngine):
             data, placed, rated = self._work.data, self._placed, self._rated
             if self._taken:
                 mujoco.mj_setState(self._model, data, self._row.before, COMPLETE)
+                gains = self._model.actuator_biasprm.copy()
+                if self._built.servos:  # only then the model is this copy's alone
+                    self._model.actuator_biasprm[:] = self._row.gains
                 self._take(data, self._taken)
+                if self._built.servos:
+                    self._model.actuator_biasprm[:] = gains
                 self._work.mute()
             self._row.load(self._model, data)
             self._work.loaded = self._moment
@@ -386,6 +413,7 @@ class MujocoEngine(JointedEngine):
         else:
             self._row.numbers[:] = np.frombuffer(state)
         self._state.qfrc_actuator[:] = np.frombuffer(efforts)
+        self._taken = 0
         self._continue()
         self._control.restore(firm)
 

@@ -60,12 +60,14 @@ class StateRow:
     Attributes:
         numbers: the complete state.
         before: the state before the last steps.
+        gains: those of servos in the last steps; they are in the model and not in a state.
         qfrc_actuator: the efforts of actuators in the last step.
     """
 
     def __init__(self, model: Any) -> None:
         self.numbers = np.zeros(mujoco.mj_stateSize(model, COMPLETE))
         self.before: FloatArray = self.numbers.copy()
+        self.gains: FloatArray = model.actuator_biasprm.copy()
         self.qfrc_actuator = np.zeros(model.nv)
         kinds = mujoco.mjtState
         self.qpos = self._part(model, kinds.mjSTATE_QPOS)
@@ -78,6 +80,11 @@ class StateRow:
         """Return a component of the state, in which the components are in the order of their bits."""
         start = mujoco.mj_stateSize(model, COMPLETE & (int(kind) - 1))
         return self.numbers[start : start + mujoco.mj_stateSize(model, kind)]
+
+    def begin(self, model: Any, data: Any) -> None:
+        """Write the state into data for steps, and keep it."""
+        self.before[:], self.gains[:] = self.numbers, model.actuator_biasprm
+        self.load(model, data)
 
     def load(self, model: Any, data: Any) -> None:
         """Write the state into data."""

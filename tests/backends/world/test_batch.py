@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from golden import Golden
+from jointed import HANGING, axis, joint
 
 from nrp_core.errors import DivergedError, LifecycleError, SimulationError, TopicError
 from nrp_core.messages.geometry_msgs import Twist, Vector3
 from nrp_core.scene.devices import Noise
 from nrp_core.scene.model import Box, Scene
-from nrp_core.scene.rigid import ModelMotion, Pose
+from nrp_core.scene.rigid import ModelMotion, Pose, ServoTarget
 from nrp_core.simulation import State
 
 STEP_NS = 20_000_000
@@ -96,6 +97,34 @@ def test_forces_of_the_last_step_are_those_alone_when_all_copies_have_taken_it(b
                 if step:
                     assert repr(forces(alone)) == repr(felt[step - 1][copy])
             assert forces(alone)[0]
+
+
+def test_a_copy_reads_its_links_also_after_another_one_has_moved(batch):
+    drive(batch)
+    one, other, *_ = batch.worlds
+    before = one.link_motion("hanging", "bob")
+    other.engine.advance(1)
+    assert one.link_motion("hanging", "bob") == before
+
+
+SERVO = """<plugin filename="gz-sim-joint-position-controller-system"
+  name="gz::sim::systems::JointPositionController"><joint_name>j</joint_name><p_gain>20</p_gain></plugin>"""
+
+
+def test_forces_of_the_last_step_do_not_depend_on_later_gains(backend, read):
+    scene = Scene((read(HANGING + joint("revolute", axis("0 1 0")) + SERVO),))
+
+    def felt(world):
+        world.run_until(STEP_NS)
+        world.engine.set_servo_target("robot", "j", ServoTarget(50.0, 0.1, effort=3.0))
+        world.run_until(2 * STEP_NS)
+        world.engine.set_servo_target("robot", "j", ServoTarget(effort=-1.0))
+        return world.engine.joint_wrench("robot", "j")
+
+    with backend.open_batch(scene, seeds=SEEDS[:2], options=backend.options(), threads=0) as batch:
+        copied = felt(batch.worlds[1])
+    with backend.open(scene, seed=SEEDS[1], options=backend.options()) as alone:
+        assert felt(alone) == copied
 
 
 def test_a_copy_that_is_reset_alone_begins_anew_and_the_others_go_on(backend, scene, batch):

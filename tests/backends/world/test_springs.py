@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import cos, exp, pi, sqrt
 
 import pytest
-from jointed import GRAVITY, MASS, MOMENT, axis, command, controlled, joint, link, told, weightless
+from jointed import GRAVITY, MASS, MOMENT, axis, command, controlled, joint, link, push, told, weightless
 
 from nrp_core.scene.model import Scene
 
@@ -85,6 +85,19 @@ def test_a_load_cell_feels_what_a_spring_carries(open_world, read, advance):
     assert load.force == pytest.approx((0.0, 0.0, -MASS * GRAVITY), abs=0.05)
     assert load.torque == pytest.approx((0.0, 50.0 * sag, 0.0), abs=0.02)
     assert 50.0 * sag == pytest.approx(MASS * GRAVITY * 0.2 * cos(sag), rel=1e-3)
+
+
+def test_a_load_cell_measures_the_push_of_the_step_at_whose_end_it_stops(open_world, read):
+    cell = '<sensor name="c" type="force_torque"><update_rate>500</update_rate><topic>/c</topic></sensor>'
+    world = open_world(read(link("bob") + joint("revolute", axis("0 1 0") + cell)))
+    loads = world.subscribe("/c")
+    world.run_until(10_000_000)
+    push(world, "bob", force=(0.0, 5.0, 0.0), lasts_ns=10_000_000)
+    felt = []
+    for t_ms in range(12, 26, 2):
+        world.run_until(t_ms * 1_000_000)
+        felt.append(loads.latest.message.wrench.force.y)
+    assert felt == pytest.approx([5.0] * 5 + [0.0] * 2, abs=1e-3)
 
 
 def leg(damping: float) -> str:
