@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,8 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from nrp_world_mujoco.muscles import PresentState
+from nrp_world_mujoco.workspace import COMPLETE
 
 from nrp_core import World, worlds
 from nrp_core.findings import Code
@@ -147,3 +150,17 @@ def test_frames_of_one_body_have_messages_of_their_own(tmp_path: Path) -> None:
             found = numbers(heard[name].latest.message, "pose.position")
             np.testing.assert_allclose(found, data.sensor(name).data, atol=1e-3)
         assert heard["leg/pose"].latest.message.header.frame_id == "torso/room"
+
+
+def test_sensors_of_the_same_state_depend_on_the_gains_of_a_copy():
+    weak = mujoco.MjModel.from_xml_string(
+        "<mujoco><worldbody><body><joint name='j'/><geom size='1'/></body></worldbody><actuator>"
+        "<position name='a' joint='j' kp='1'/></actuator><sensor><actuatorfrc actuator='a'/></sensor></mujoco>"
+    )
+    strong = copy(weak)
+    strong.actuator_biasprm[:, 1] = -5.0
+    state, present = np.zeros(mujoco.mj_stateSize(weak, COMPLETE)), PresentState(weak)
+    data = mujoco.MjData(weak)
+    data.qpos[0] = 0.5
+    mujoco.mj_getState(weak, data, state, COMPLETE)
+    assert [present.sensor(m, state, 0).item() for m in (weak, strong, weak)] == [-0.5, -2.5, -0.5]
