@@ -16,7 +16,7 @@ from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core._support.jit import inlined, jit
 from nrp_core.scene.merged_bodies import WORLD_FRAME, Body, place_in_frame
 from nrp_core.scene.meshes.triangles import Coordinates
-from nrp_core.scene.model import ANY_CAMERA, Rgba, Texture, Visual
+from nrp_core.scene.model import Rgba, Texture, Visual
 from nrp_core.scene.rigid import BodyPath as BodyPath
 from nrp_core.scene.rigid import Pose, matrix_of, transform
 from nrp_core.scene.tessellation import mapped_shape, triangles_of
@@ -90,7 +90,7 @@ class SceneMesh:
 
     def shown_to(self, mask: int) -> npt.NDArray[np.bool_]:
         """Return which visuals are visible to a camera with a mask."""
-        return self.shown if mask == ANY_CAMERA else self.shown & (self.flags & np.uint32(mask) != 0)
+        return self.shown & (self.flags & np.uint32(mask) != 0)
 
     def in_world(self, frames: FloatArray) -> FloatArray:
         """Return all vertices in the world, shape ``(n, 3)``.

@@ -44,6 +44,17 @@ def test_a_camera_sees_what_its_mask_shares_a_bit_with(open_world, advance, tmp_
         assert seen.tolist() == [bool(mask & 1), bool(mask & 2)]
 
 
+def test_a_visual_without_flags_is_hidden_from_every_camera(open_world, advance, tmp_path):
+    path = room(tmp_path, "0xFFFFFFFF", "1")
+    path.write_text(path.read_text().replace("<visibility_flags>0x1<", "<visibility_flags>0<"))
+    world = open_world(read_scene(path))
+    topics = [world.subscribe(f"/m/s{mask}") for mask in ("0xFFFFFFFF", 1)]
+    advance(world, 0.05)
+    for images, right_hand in zip(topics, ([0, 255, 0], [178] * 3), strict=True):
+        left, right = images.latest.message.data[8, [4, 11]].tolist()
+        assert (left, right) == ([178] * 3, right_hand)
+
+
 def test_a_mask_that_is_not_a_number_is_refused(tmp_path: Path, golden: Golden) -> None:
     with golden.raises(SceneError, match="<visibility_mask>"):
         read_scene(room(tmp_path, "all"))
