@@ -30,6 +30,7 @@ class SeenImage(Image):
     """The image of a camera; its ``data`` are drawn at the first access."""
 
     __slots__ = ("_sight",)
+    __qualname__ = Image.__qualname__  # of which it has the text, too
     _sight: Sight | None
 
     @classmethod
@@ -48,15 +49,15 @@ class SeenImage(Image):
     @property
     def data(self) -> ImageArray:
         """The pixels, read-only, shape ``(height, width, 3)``."""
-        if self._sight is not None:
-            self.data = self._sight.image()
+        if (sight := self._sight) is not None:
+            self.data = sight.image()
         pixels: ImageArray = _data.__get__(self)
         return pixels
 
     @data.setter
     def data(self, data: ImageArray) -> None:
-        self._sight = None
         _data.__set__(self, data)
+        self._sight = None  # afterwards: another thread may read the data at this moment
 
     def count_colors(self, choose: ChooseColors) -> tuple[int, int] | None:
         """Return the number of pixels of some colours in the left and in the right half, without the image.

@@ -16,6 +16,7 @@ from nrp_core.messages.std_msgs import Header
 from nrp_core.scene.merged_bodies import bodies_of
 from nrp_core.scene.model import Box, Inertial, Link, Model, Scene, Visual
 from nrp_core.scene.rigid import Pose, matrix_of
+from nrp_core.world.render import seen_image
 from nrp_core.world.render.cameras import SKY, bytes_of, looking, optics_of
 from nrp_core.world.render.raster import RasterCameras
 from nrp_core.world.render.seen_image import SeenImage
@@ -134,9 +135,30 @@ def test_an_image_that_is_drawn_later_shows_its_moment():
     loaded = pickle.loads(pickle.dumps(other))
     assert type(loaded) is Image
     assert (loaded.data == before).all()
+    assert repr(loaded) == repr(image)
     assert (loaded.height, loaded.width, loaded.encoding, loaded.step) == (30, 40, "rgb8", 120)
     again = drawn.copy(lambda _: lambda frames: None)
     assert again.look(CAMERA).palette.tolist() == image_palette(before)
+
+
+def test_an_image_that_another_thread_is_drawing_has_its_pixels(monkeypatch):
+    plain, found = seen_image._data, []
+
+    class ReadFirst:
+        """Stores data, and reads them just before, as another thread may."""
+
+        __get__ = plain.__get__
+
+        def __set__(self, image, data):
+            if not found:
+                found.append(None)
+                found[0] = image.data.shape
+            plain.__set__(image, data)
+
+    image = SeenImage.of(Header(), cameras(eye()).look(CAMERA))
+    monkeypatch.setattr(seen_image, "_data", ReadFirst())
+    assert image.data.shape == (30, 40, 3)
+    assert found == [(30, 40, 3)]
 
 
 def image_palette(image):
