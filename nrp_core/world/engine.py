@@ -227,6 +227,7 @@ class Engine(JointCommands):
     def reset(self, seed: int) -> None:
         """Reset to the state right after opening, with the current scene."""
         self.seed = seed
+        self._external_wrenches.clear()
         self._do_reset(seed)
 
     @final
@@ -556,9 +557,11 @@ class Engine(JointCommands):
             return self._do_open_cameras(renderer)
         if renderer == RASTER and RASTER in self._constant:
             cameras: Cameras = self._constant[RASTER].copy(self._do_frames)
-        else:
-            scene = self._all_bodies(), self._optics, self._do_frames, self.scene.lights
-            cameras = self._constant[renderer] = open_shared(renderer, *scene)
+            return cameras
+        scene = self._all_bodies(), self._optics, self._do_frames, self.scene.lights
+        cameras = open_shared(renderer, *scene)
+        if renderer == RASTER:
+            self._constant[RASTER] = cameras
         return cameras
 
     # -- for backends: the operations that cannot be derived

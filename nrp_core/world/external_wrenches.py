@@ -59,6 +59,11 @@ class ExternalWrenches:
         pulls[link, of] = *own.force, *own.torque
         return own if len(pulls) == 1 else wrench_of(_total(pulls)), turns
 
+    def clear(self) -> None:
+        """Remove all wrenches; groups stay."""
+        for pulls in self._by_body.values():
+            pulls.clear()
+
     def group(self, links: Sequence[tuple[BodyPath, Body, str]], of: str) -> Group | None:
         """Return a group of links; None if the centre of mass of one is not that of its body."""
         if any(any(self._lever(*each)[1]) for each in links):

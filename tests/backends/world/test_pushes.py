@@ -8,6 +8,7 @@ import pytest
 
 from nrp_core.messages.base import Duration
 from nrp_core.messages.geometry_msgs import Vector3, Wrench
+from nrp_core.scene import rigid
 from nrp_core.scene.model import Inertial, Joint, Link, Model, Scene
 from nrp_core.scene.rigid import Pose
 
@@ -40,6 +41,14 @@ def test_pushes_on_both_links_of_a_body_add_up(world, advance):
     world.call("/gazebo/clear_body_wrenches", "pair::far")
     advance(world, 1.0)
     assert world.model_motion("pair").linear[0] == pytest.approx(1.5, abs=0.05)
+
+
+def test_a_reset_ends_the_wrenches_of_all_owners(world, advance):
+    world.engine.set_wrench("pair", "near", rigid.Wrench((1.0, 0.0, 0.0)), "wind")
+    world.reset()
+    push(world, "far", 1.0, 0.0)
+    advance(world, 1.0)
+    assert world.model_motion("pair").linear[0] == pytest.approx(0.5, abs=0.05)
 
 
 def test_a_push_that_lasts_no_time_is_refused(world):
