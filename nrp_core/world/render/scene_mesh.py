@@ -90,7 +90,8 @@ class SceneMesh:
 
     def shown_to(self, mask: int) -> npt.NDArray[np.bool_]:
         """Return which visuals are visible to a camera with a mask."""
-        return self.shown & (self.flags & np.uint32(mask) != 0)
+        seen: npt.NDArray[np.bool_] = self.flags & np.uint32(mask) != 0
+        return self.shown & seen
 
     def in_world(self, frames: FloatArray) -> FloatArray:
         """Return all vertices in the world, shape ``(n, 3)``.

@@ -155,7 +155,8 @@ def test_frames_of_one_body_have_messages_of_their_own(tmp_path: Path) -> None:
 def test_sensors_of_the_same_state_depend_on_the_gains_of_a_copy():
     weak = mujoco.MjModel.from_xml_string(
         "<mujoco><worldbody><body><joint name='j'/><geom size='1'/></body></worldbody><actuator>"
-        "<position name='a' joint='j' kp='1'/></actuator><sensor><actuatorfrc actuator='a'/></sensor></mujoco>"
+        "<position name='a' joint='j' kp='1'/></actuator>"
+        "<sensor><actuatorfrc actuator='a'/></sensor></mujoco>"
     )
     strong = copy(weak)
     strong.actuator_biasprm[:, 1] = -5.0
