@@ -364,6 +364,70 @@ def test_an_output_driven_event_loop_computes_each_output_after_its_period(write
     assert path.with_name("counts.txt").read_text().split() == [str(i) for i in range(10)]
 
 
+RARELY = """
+    from nrp_core.event_loop import *
+
+    read = []
+    always = node_policies.functional_node.exec_policy.always
+
+    @Iteration("n")
+    @MQTTPublisher("text", "lab/text", str)
+    @FunctionalNode("speaker", ["text", "number"], exec_policy=always)
+    def speak(n):
+        return [f"at {n}", n] if n in (0, 4) else None
+
+    @FromFunctionalNode("number", "/speaker/number")
+    @MQTTSubscriber("text", "lab/text", str)
+    @OutputDummy("done", "rare", compute_period=3)
+    @FunctionalNode("rare", ["done"])
+    def rare(text, number):
+        read.append((text, number))
+
+    @MQTTSubscriber("text", "lab/text", str)
+    @OutputDummy("done", "rarer", compute_period=2)
+    @FunctionalNode("rarer", ["done"])
+    def rarer(text):
+        read.append(text)
+
+    @Iteration("n")
+    @OutputDummy("done", "each")
+    @FunctionalNode("each", ["done"], exec_policy=always)
+    def each(n):
+        with open("read.txt", "w") as file:
+            file.write(str(read))
+
+    @FromFunctionalNode("number", "/speaker/number")
+    @OutputDummy("done", "often")
+    @FunctionalNode("often", ["done"])
+    def often(number):
+        pass
+"""
+
+
+def test_a_message_waits_until_its_node_is_computed(write: Write) -> None:
+    path = write(
+        without_engines(ExecutionMode="OutputDriven") | {"ComputationalGraph": ["rarely.py"]}, rarely=RARELY
+    )
+    run(path)
+    read = path.with_name("read.txt").read_text()
+    assert read == str([(None, 0), "at 0", ("at 0", 0), ("at 4", 4), "at 4"])
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ("'{\"n\": %d}' % n", "'{'", "lab/json"),
+        ("compute_period=3", "compute_period=0", "at least 1"),
+    ],
+)
+def test_mistakes_in_graphs_are_errors_that_name_them(
+    before: str, after: str, words: str, write: Write
+) -> None:
+    path = write(without_engines() | {"ComputationalGraph": ["chat.py"]}, chat=CHAT.replace(before, after))
+    with pytest.raises(NrpError, match=words):
+        run(path)
+
+
 BESIDE = """
     from nrp_core.data.nrp_json import JsonDataPack
     from nrp_core.event_loop import *

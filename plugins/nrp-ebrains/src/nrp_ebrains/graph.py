@@ -110,9 +110,7 @@ class NodeDecorators:
             "Clock": lambda keyword: _attach("counters", keyword, CLOCK),
             "Iteration": lambda keyword: _attach("counters", keyword, ITERATION),
             "InputDummy": lambda keyword, _id, value: _attach("constants", keyword, value),
-            "OutputDummy": lambda keyword, _id, compute_period=1, **_: _attach(
-                "periods", keyword, compute_period
-            ),
+            "OutputDummy": lambda keyword, _id, compute_period=1, **_: _period(keyword, compute_period),
             "createFNFromFactoryModule": _refusal("createFNFromFactoryModule"),
             "node_policies": _POLICIES,
             **{name: _refusal(name) for name in _ELSEWHERE},
@@ -161,8 +159,14 @@ def _from_engine(keyword: str, address: str, **_policies: Any) -> Callable[[Node
 def _output(
     table: str, keyword: str, address: str, compute_period: int = 1, **_policies: Any
 ) -> Callable[[Node], Node]:
-    count, send = _attach("periods", keyword, compute_period), _attach(table, keyword, address.strip("/"))
+    count, send = _period(keyword, compute_period), _attach(table, keyword, address.strip("/"))
     return lambda node: send(count(node))
+
+
+def _period(keyword: str, iterations: int) -> Callable[[Node], Node]:
+    if iterations < 1:
+        raise TransferFunctionError(f"'{keyword}' has compute_period {iterations}, which must be at least 1")
+    return _attach("periods", keyword, iterations)
 
 
 def _split(address: str) -> tuple[str, str]:
@@ -210,9 +214,13 @@ class Graph:
         self._last: dict[tuple[str, str], Any] = {}
         self._messages: dict[str, Any] = {}
         self._sent: dict[str, Any] = {}
+        self._due: set[str] = set()  # the names of nodes with new inputs
+        self._readers: dict[object, set[str]] = {}
         self._order: list[Node] = []
         for node in nodes:
             self._place(node, ())
+            for source in (*node.nodes.values(), *(topic for topic, _ in node.subscribed.values())):
+                self._readers.setdefault(source, set()).add(node.name)
 
     def _place(self, node: Node, above: tuple[str, ...]) -> None:
         """Append a node to the order, after those that it depends on."""
@@ -236,7 +244,7 @@ class Graph:
 
     def reset(self) -> None:
         """Delete the outputs of nodes, and their messages."""
-        for kept in (self._last, self._messages, self._sent):
+        for kept in (self._last, self._messages, self._sent, self._due):
             kept.clear()
 
     def needed_by(self, engines: Collection[str]) -> set[str]:
@@ -268,24 +276,24 @@ class Graph:
         """
         arrived, self._sent = self._sent, {}
         self._messages |= arrived
-        new: set[tuple[str, str]] = set()
+        self._due.update(*(self._readers.get(topic, ()) for topic in arrived))
         sent: dict[Identity, DataPack] = {}
         for node in self._order:
             if needed is not None and node.name not in needed:
                 continue
             packs = {keyword: inputs[one] for keyword, one in node.engines.items()}
-            is_new = any(pack.updated for pack in packs.values()) or not new.isdisjoint(node.nodes.values())
-            is_new = is_new or any(topic in arrived for topic, _ in node.subscribed.values())
+            is_new = node.name in self._due or any(pack.updated for pack in packs.values())
             if not (node.always or is_new or node.counters or node.constants):
                 continue
+            self._due.discard(node.name)
             given: dict[str, Any] = dict.fromkeys(signature(node.call).parameters)  # None without an input
             given |= {keyword: now[kind] for keyword, kind in node.counters.items()} | node.constants
             given |= {keyword: pack.copy() for keyword, pack in packs.items()}
             given |= {keyword: self._last.get(one) for keyword, one in node.nodes.items()}
-            given |= {keyword: self._message(*one) for keyword, one in node.subscribed.items()}
+            given |= {keyword: self._message(node, *one) for keyword, one in node.subscribed.items()}
             for output, value in self._returned(node, call(node, given)):
                 self._last[node.name, output] = value
-                new.add((node.name, output))
+                self._due |= self._readers.get((node.name, output), set())
                 if output in node.published:
                     self._sent[node.published[output]] = deepcopy(value)
                 if output in node.targets and value is not None:
@@ -293,11 +301,15 @@ class Graph:
                     sent[value.identity] = value
         return sent
 
-    def _message(self, topic: str, kind: type) -> Any:
+    def _message(self, node: Node, topic: str, kind: type) -> Any:
         """Return the last message of a topic as a type, or None."""
         message = self._messages.get(topic)
         if kind is JsonData and isinstance(message, str):
-            return JsonData(json.loads(message))
+            try:
+                return JsonData(json.loads(message))
+            except ValueError as error:
+                text = f"the message on '{topic}' for the node '{node.name}' is not JSON: {error}"
+                raise TransferFunctionError(text, path=node.path) from error
         return str(message) if kind is str and message is not None else message
 
     def _returned(self, node: Node, result: Any) -> Iterator[tuple[str, Any]]:
