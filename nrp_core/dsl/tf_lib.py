@@ -179,11 +179,11 @@ def detect_red(image: Image | None) -> RedShares:
     """
     if not _has_pixels(image):
         return RedShares()
-    from nrp_core.dsl.red_pixels import count_red, red_colors
+    from nrp_core.dsl import red_pixels
 
     size = image.height * image.width
-    counts = image.count_colors(red_colors) if isinstance(image, SeenImage) else None
-    red_left, red_right = count_red(rgb_array(image)) if counts is None else counts
+    counts = image.count_colors(red_pixels.red_colors) if isinstance(image, SeenImage) else None
+    red_left, red_right = red_pixels.count_red(rgb_array(image)) if counts is None else counts
     return RedShares(2.0 * red_left / size, 2.0 * red_right / size, (size - red_left - red_right) / size)
 
 

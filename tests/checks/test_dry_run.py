@@ -84,6 +84,10 @@ def test_faults_of_the_dry_run_and_of_the_function_are_distinguished(
     assert not Path("trap.txt").exists()
 
 
+def test_functions_that_detect_red_cause_no_finding(functions: Path) -> None:
+    assert not check(functions, about("eye.rate = nrp.tf_lib.detect_red(camera.value).left"))
+
+
 def test_a_function_that_does_not_return_is_a_warning(functions: Path, golden: Golden) -> None:
     (found,) = check(functions, about("while True: pass"), more="function_time_limit: 0.3 s\n")
     assert (found.code, found.level, found.line) == (Code.NRP357, Level.WARNING, 6)
