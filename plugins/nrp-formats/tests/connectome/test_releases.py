@@ -79,6 +79,21 @@ def test_malecns_has_types_and_transmitters_in_two_tables(tmp_path: Path) -> Non
     assert list(made.sources) == list(map(str, (weights, *neurons)))
 
 
+def test_a_second_table_must_have_some_of_the_neurons(tmp_path: Path) -> None:
+    texts = {
+        "edges": "pre,post,weight\n1,2,5\n", "first": "id,type\n1,A\n2,B\n",
+        "part": "id,nt_type,x,y,z\n2,ACH,1,2,3\n", "other": "id,nt_type\n7,GABA\n", "none": "id,nt_type\n",
+    }  # fmt: skip
+    edges, first, part, other, none = (tmp_path / f"{name}.csv" for name in texts)
+    for name, text in texts.items():
+        (tmp_path / f"{name}.csv").write_text(text)
+    made = read_connectome(edges, [first, part], unknown="excite")
+    assert [one.startswith("1 of 2 neurons") for one in made.network.remarks] == [True]
+    for path in (other, none):
+        with pytest.raises(NetworkError, match=path.name):
+            read_connectome(edges, [first, part, path], unknown="excite")
+
+
 @pytest.mark.parametrize("names", ["AVAL AVAR AVBL AVBR", "a b c d"])
 def test_glutamate_of_worms_is_not_silently_that_of_flies(tmp_path: Path, names: str) -> None:
     first, *others = names.split()

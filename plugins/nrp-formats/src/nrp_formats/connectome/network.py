@@ -100,7 +100,9 @@ def read_connectome(
             yield replace(part, is_electrical=np.ones(len(part.pre), bool), transmitters=Counter())
 
     tables = [neurons] if isinstance(neurons, Path) else [*neurons]
-    known = reduce(Neurons.completed, map(read_neurons, tables)) if tables else _neurons_of(chunks())
+    known = (
+        reduce(Neurons.completed, tables[1:], read_neurons(tables[0])) if tables else _neurons_of(chunks())
+    )
     wiring = Wiring(len(known.ids))
     wiring.read(chunks(), known.ids)
     if not wiring.rows:

@@ -60,20 +60,31 @@ class Neurons:
     positions: FloatArray | None = None
     remarks: tuple[str, ...] = ()
 
-    def completed(self, other: Neurons) -> Neurons:
-        """Return the same neurons with the data of another table that this one lacks."""
+    def completed(self, path: Path) -> Neurons:
+        """Return the same neurons with the data of another table that this one lacks.
+
+        Raises:
+            NetworkError: the table has none of these neurons; or as for :func:`read_neurons`.
+        """
+        other = read_neurons(path)
         row_of = {ident: row for row, ident in enumerate(other.ids.tolist())}
         rows = [row_of.get(ident, -1) for ident in self.ids.tolist()]
+        absent = rows.count(-1)
+        if absent == len(rows):
+            raise NetworkError(
+                f"none of the {len(rows)} neurons of the first table is in this one", path=path
+            )
         texts = dict(self.texts)
         for what, theirs in other.texts.items():
             ours = texts.get(what, [""] * len(rows))
             texts[what] = [
                 own or (theirs[row] if row >= 0 else "") for own, row in zip(ours, rows, strict=True)
             ]
-        positions = self.positions
+        positions, remarks = self.positions, [*self.remarks, *other.remarks]
         if positions is None and other.positions is not None:
             positions = np.where(np.array(rows)[:, None] >= 0, other.positions[rows], 0.0)
-        return Neurons(self.ids, texts, positions, (*self.remarks, *other.remarks))
+            remarks += [_without_positions(absent, len(rows))] if absent else []
+        return Neurons(self.ids, texts, positions, tuple(remarks))
 
     def signs(self, signs: Signs) -> IntArray:
         """Return 1 or -1 by the transmitter of each neuron; 0 where it is unknown."""
@@ -138,9 +149,11 @@ def read_neurons(path: Path) -> Neurons:
         missing = np.isnan(place_um).any(axis=1)
         place_um[missing] = 0.0
         if missing.any():
-            remarks.append(
-                f"{int(missing.sum())} of {len(every)} neurons have no position; theirs is 0, 0, 0"
-            )
+            remarks.append(_without_positions(int(missing.sum()), len(every)))
     if "side" in texts:
         texts["side"] = [_SIDES.get(side.lower(), side) for side in texts["side"]]
     return Neurons(every, texts, place_um, tuple(remarks))
+
+
+def _without_positions(missing: int, n: int) -> str:
+    return f"{missing} of {n} neurons have no position; theirs is 0, 0, 0"
