@@ -190,8 +190,8 @@ class RecordingReader(Overview):
     def to_xarray(self) -> Any:
         """Return the numbers of all topics that are tables as an xarray Dataset, with units.
 
-        The variable ``husky/cmd_vel.linear.x`` is the field ``linear.x`` of ``/husky/cmd_vel`` over the
-        simulated time in s; its unit is in ``attrs["units"]``. Topics with other times have other
+        The variable ``husky.cmd_vel.linear.x`` is the field ``linear.x`` of ``/husky/cmd_vel`` over the
+        simulated time in s; ``attrs`` has its ``units`` and ``topic``. Topics with other times have other
         coordinates. Texts are left out.
 
         Raises:

@@ -249,8 +249,11 @@ def dataset_of(frames: Mapping[str, Any], about: Mapping[str, Any]) -> Any:
             times.append(own)
         dimension = _axis_name(number)
         for name in numeric.columns:
-            unit = {"units": frame.attrs["units"][name]}
-            columns[f"{topic.lstrip('/')}.{name}"] = (dimension, numeric[name].to_numpy(), unit)
+            about_it = {"units": frame.attrs["units"][name], "topic": topic}
+            key = f"{topic}.{name}".lstrip("/").replace("/", ".")  # files of NetCDF allow no slash
+            while key in columns:  # the fields of another topic
+                key += "_"
+            columns[key] = (dimension, numeric[name].to_numpy(), about_it)
     axes = {
         name: (name, own, {"units": "s"}) for name, own in zip(map(_axis_name, count()), times, strict=False)
     }

@@ -59,16 +59,18 @@ def test_models_and_devices_have_their_names_and_units(recording: Recording) -> 
 
 def test_all_numbers_are_a_dataset_with_units_over_the_times_of_their_topics(recording: Recording) -> None:
     data = recording.to_xarray()
-    speed = data["husky/cmd_vel.linear.x"]
+    speed = data["husky.cmd_vel.linear.x"]
     frame = recording.frame("/husky/cmd_vel")
     np.testing.assert_array_equal(speed, frame["linear.x"])
     np.testing.assert_array_equal(speed[speed.dims[0]], frame.index)
     assert speed.attrs["units"] == "m/s"
     assert data[speed.dims[0]].attrs["units"] == "s"
-    assert data["brain/devices/steer/left/voltage.data"].attrs["units"] == "mV"
+    assert data["brain.devices.steer.left.voltage.data"].attrs["units"] == "mV"
     assert data.attrs["experiment"] == "driving"
+    assert speed.attrs["topic"] == "/husky/cmd_vel"
+    assert not any("/" in str(name) for name in data.variables)  # NetCDF refuses these names
     models = recording.frame("/gazebo/model_states")
-    x_m = data["gazebo/model_states.pose.husky.position.x"]
+    x_m = data["gazebo.model_states.pose.husky.position.x"]
     np.testing.assert_array_equal(x_m, models["pose.husky.position.x"])
 
 
