@@ -60,7 +60,7 @@ class ExternalWrenches:
         return own if len(pulls) == 1 else wrench_of(_total(pulls)), turns
 
     def clear(self) -> None:
-        """Remove all wrenches; groups stay."""
+        """Remove all wrenches, but keep the groups."""
         for pulls in self._by_body.values():
             pulls.clear()
 

@@ -104,7 +104,7 @@ class Decays:
         wrenches[self._ids] = given
 
     def act_again(self, wrenches: FloatArray) -> None:
-        """Write the wrenches of the last step on the bodies that decay, for sensors that measure it."""
+        """Write the last step's wrenches on bodies with velocity decay, for sensors that measure it."""
         wrenches[self._ids] = self._last
 
     def _slow(self, data: Any, ident: int, decay: Decay) -> None:

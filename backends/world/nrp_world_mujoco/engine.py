@@ -168,7 +168,7 @@ class MujocoEngine(JointedEngine):
         self._state.xfrc_applied[places] = wrenches
 
     def _keep_pushes(self) -> None:
-        """Keep the wrenches on bodies in the last step, before the first change since."""
+        """Store the wrenches of the last step on bodies before they change for the first time."""
         if self._pushes is None:
             self._pushes = self._state.xfrc_applied.copy()
 
@@ -252,7 +252,7 @@ class MujocoEngine(JointedEngine):
             if self._taken:
                 mujoco.mj_setState(self._model, data, self._row.before, COMPLETE)
                 gains = self._model.actuator_biasprm.copy()
-                if self._built.servos:  # only then the model is this copy's alone
+                if self._built.servos:  # only then does this copy have its own model
                     self._model.actuator_biasprm[:] = self._row.gains
                 self._take(data, self._taken)
                 if self._built.servos:

@@ -214,7 +214,7 @@ class PresentState:
         """Return data of a state, with accelerations and sensors on request."""
         if self._now is None:  # created on demand: many runs do not need it
             self._now = mujoco.MjData(m)
-        now, state = self._now, numbers.tobytes() + m.actuator_biasprm.tobytes()  # copies have own gains
+        now, state = self._now, numbers.tobytes() + m.actuator_biasprm.tobytes()  # copies differ in gains
         if (self._complete or not complete) and state == self._computed:
             return now
         mujoco.mj_setState(m, now, numbers, _STATE)

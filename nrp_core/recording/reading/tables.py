@@ -250,7 +250,7 @@ def dataset_of(frames: Mapping[str, Any], about: Mapping[str, Any]) -> Any:
         dimension = _axis_name(number)
         for name in numeric.columns:
             about_it = {"units": frame.attrs["units"][name], "topic": topic}
-            key = f"{topic}.{name}".lstrip("/").replace("/", ".")  # files of NetCDF allow no slash
+            key = f"{topic}.{name}".lstrip("/").replace("/", ".")  # NetCDF does not allow slashes
             while key in columns:  # the fields of another topic
                 key += "_"
             columns[key] = (dimension, numeric[name].to_numpy(), about_it)

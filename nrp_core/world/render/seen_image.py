@@ -30,7 +30,7 @@ class SeenImage(Image):
     """The image of a camera; its ``data`` are drawn at the first access."""
 
     __slots__ = ("_sight",)
-    __qualname__ = Image.__qualname__  # of which it has the text, too
+    __qualname__ = Image.__qualname__  # so its text is that of an Image
     _sight: Sight | None
 
     @classmethod
@@ -57,7 +57,7 @@ class SeenImage(Image):
     @data.setter
     def data(self, data: ImageArray) -> None:
         _data.__set__(self, data)
-        self._sight = None  # afterwards: another thread may read the data at this moment
+        self._sight = None  # last, because another thread may be reading the data
 
     def count_colors(self, choose: ChooseColors) -> tuple[int, int] | None:
         """Return the number of pixels of some colours in the left and in the right half, without the image.

@@ -220,7 +220,7 @@ class Standard:
         """
         try:
             path = Path(unquote(urlparse(uri).path)).resolve(strict=True)
-        except ValueError as error:  # no address, or a zero byte
+        except ValueError as error:  # an invalid URI, or a null byte
             raise FileNotFoundError(f"'{uri}' is not a file: {error}") from error
         if not any(path.is_relative_to(folder.resolve()) for folder in self._folders):
             places = ", ".join(map(str, self._folders)) or "no folder"
