@@ -341,3 +341,32 @@ def test_convolutions_in_the_style_of_sinabs_count_times_in_steps(tmp_path: Path
     for name, spikes in (("1", one), ("4", two), ("7", three)):
         assert spikes.sum() > 20
         assert (found[name] == spikes.reshape(STEPS, -1)).all()
+
+
+@pytest.mark.parametrize("is_weighted", [False, True])
+def test_integrators_before_cells_in_the_style_of_sinabs_pass_on_values_that_last(
+    tmp_path: Path, is_weighted: bool
+) -> None:
+    rng, n = np.random.default_rng(0), 3
+    slow, fast = np.exp(-1.0 / np.array([6.0, 9.0]))
+    one, none = np.ones(n), np.zeros(n)
+    first, second = (
+        5.0 * rng.normal(0.8, 0.5, (n, n)),
+        rng.normal(0.8, 0.5, (n, n)) if is_weighted else np.eye(n),
+    )
+    nodes = {
+        "input": nir.Input(np.array([n])), "first": nir.Linear(first),
+        "kept": nir.LI(tau=6.0 * one, r=one, v_leak=none), "second": nir.Linear(second),
+        "cells": nir.LIF(tau=9.0 * one, r=one, v_leak=none, v_threshold=one, v_reset=none),
+        "output": nir.Output(np.array([n])),
+    }  # fmt: skip
+    nodes = {name: node for name, node in nodes.items() if is_weighted or name != "second"}
+    nir.write(tmp_path / "net.nir", nir.NIRGraph(nodes, [*pairwise(nodes)], type_check=False))
+    frames = (rng.random((STEPS, n)) < 0.5).astype(float)
+    kept = np.zeros((STEPS + 1, n))
+    for step, x in enumerate(frames):
+        kept[step + 1] = slow * kept[step] + (1.0 - slow) * first @ x
+    expected = subtracting((1.0 - fast) * kept[1:] @ second.T, fast)
+    found = emitted(tmp_path / "net.nir", {"input": frames}, "held", dt=1.0, reset="subtract")
+    assert expected.sum() > 20
+    assert (found["cells"] == expected).all()

@@ -74,7 +74,11 @@ class Step:
     @property
     def late(self) -> int:
         """The steps that an input takes through a current to a voltage, beyond those of the file."""
-        return int(self.method == "euler")
+        return int(self.method != "exact")
+
+    def rise(self, tau_s: FloatArray, decay: FloatArray) -> FloatArray:
+        """Return the share of an input that a state takes on in a step."""
+        return np.asarray(1.0 - decay if self.method == "held" else self.dt_s / tau_s)
 
     def decay(self, tau_s: FloatArray) -> FloatArray:
         """Return the share of a state that remains after a step.
@@ -123,7 +127,8 @@ def cells_of(
         given = given if "tau" in given or "r" not in given else without_leak(given, step.dt_s)
         own = {"v_leak": np.zeros(len(bias))} | {_BEHIND_A_CURRENT.get(k, k): v for k, v in given.items()}
         own |= {"tau_syn": current.tau_s, "w_in": np.ones(len(bias))}
-        return _current_based(own, current.bias, step, lag, bias, kicked)
+        cells = _current_based(own, current.bias, step, lag, bias, kicked)
+        return replace(cells, per_weight=step.rise(current.tau_s, step.decay(current.tau_s)))
     if kind in {"CubaLIF", "CubaLI"}:
         return _current_based(given, bias, step, lag, np.zeros(len(bias)), kicked)
     return _delta(given, bias, step, lag)
@@ -150,7 +155,7 @@ def _delta(given: dict[str, FloatArray], bias: FloatArray, step: Step, lag: int)
     threshold = given.get("v_threshold", given.get("threshold", np.full(n, np.inf)))
     if "tau" in given:
         decay = step.decay(given["tau"])
-        rise = given["r"] * (1.0 - decay if step.method == "held" else step.dt_s / given["tau"])
+        rise = given["r"] * step.rise(given["tau"], decay)
         tau = step.tau_ms(decay)
     elif "r" in given:
         decay, rise, tau = np.ones(n), given["r"] * step.dt_s, np.full(n, _NO_LEAK_MS)
@@ -186,7 +191,7 @@ def _current_based(
     threshold = given.get("v_threshold", np.full(n, np.inf))
     parameters = _membrane(decay, step, threshold, given["v_leak"], given.get("v_reset", np.zeros(n)))
     area = driven_by(step.h_ms, tau, tau_syn)
-    rise = np.ones(n) if follows else given["r"] * step.dt_s / given["tau_mem"]
+    rise = np.ones(n) if follows else given["r"] * step.rise(given["tau_mem"], decay)
     at_once = late_of(step, follows=follows)
     late = 0 if kicked else at_once
     cm = area / (rise * faded if kicked else rise) if at_once else tau / given["r"]
