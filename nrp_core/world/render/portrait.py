@@ -16,7 +16,7 @@ from nrp_core.scene.posture import body_poses
 from nrp_core.scene.rigid import BodyPath, Pose, matrix_of
 from nrp_core.world.render.cameras import looking
 from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
-from nrp_core.world.render.shaded import ShadedView, sun_of
+from nrp_core.world.render.shaded import BACKGROUND, ShadedView, sun_of
 from nrp_core.world.render.tubes import Tubes, activation_rgba
 
 FIELD_OF_VIEW = radians(40)
@@ -82,9 +82,9 @@ def portrait(
         SceneError: the scene cannot be drawn, for example because a mesh cannot be read.
     """
     subject = _subject(scene, moment or _start(scene), of)
-    view = ShadedView(subject.mesh, width, height, vertical_fov=FIELD_OF_VIEW, sun=sun_of(scene.lights))
     if not len(subject.mesh.faces):
-        return view.draw(subject.frames, np.eye(3, 4))
+        return np.full((height, width, 3), BACKGROUND, np.uint8)
+    view = ShadedView(subject.mesh, width, height, vertical_fov=FIELD_OF_VIEW, sun=sun_of(scene.lights))
     is_robot = any(not model.static for model in scene.models)
     points = subject.vertices[subject.framed]
     filled = _WITH_PLACE if of else _FILLED

@@ -409,15 +409,16 @@ class ShadedView:
         lows, highs = _boxes(mesh, points)
         still = np.zeros(len(mesh.shown), bool)
         still[mesh.surfaces[self._frame_of_face == WORLD_FRAME]] = True
-        sizes = highs - lows
-        casts[still & (lows[:, 2] > top)] = False
+        sizes, framed, scenery = highs - lows, mesh.framed(points), np.ones(len(mesh.shown), bool)
+        scenery[mesh.surfaces[framed[mesh.faces[:, 0]]]] = False
+        casts[still & (lows[:, 2] > top) | scenery] = False  # as a dome around the room
         large = (sizes[:, :2] > 2 * step_m).all(axis=1) & (sizes[:, 2] < 0.5 * sizes[:, :2].min(axis=1))
         grounds[still & large] = True
         casts[grounds] = False
-        floor_m = min(0.0, bottom, float(lows[:, 2].min()) if len(lows) else 0.0)
+        floor_m = min(0.0, bottom, lows[grounds | ~scenery, 2].min(initial=0.0))
         middle = eye[:, 3] - away_m * eye[:, 2]
         grid = np.array([step_m, floor_m - _FLAT_M * step_m, *middle[:2], 5 * wide_m])
-        return _Stage(grid, grounds, casts, mesh.framed(points))
+        return _Stage(grid, grounds, casts, framed)
 
     def _draw_shadows(self, points: FloatArray, eye: FloatArray, away_m: float, stage: _Stage) -> None:
         """Draw what the sun sees: around the middle of the image in detail, and all of it."""

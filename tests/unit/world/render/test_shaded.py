@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from nrp_core.scene.merged_bodies import bodies_of
-from nrp_core.scene.model import Box, Inertial, Light, Link, Model, Plane, Visual
+from nrp_core.scene.model import Box, Inertial, Light, Link, Model, Plane, Sphere, Visual
 from nrp_core.scene.rigid import Pose
 from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
 from nrp_core.world.render.shaded import BACKGROUND, ShadedView, sun_of
@@ -53,6 +53,12 @@ def test_a_ceiling_over_all_that_moves_casts_no_shadow():
     lamp = thing("ceiling", (2, 2, 0.1), Pose((0, 0, 2)))
     sun = (-1.0, 0.0, 1.0)  # it would fall from 1 m to 3 m
     assert (from_above(floor, box, lamp, sun=sun)[:, 140:] == from_above(floor, box, sun=sun)[:, 140:]).all()
+
+
+def test_a_dome_around_the_room_neither_darkens_it_nor_moves_its_grid():
+    box = thing("b", (1, 1, 1), Pose(), static=False)
+    dome = thing("dome", 200.0, Pose(), shape=Sphere)
+    assert (from_above(box, dome) == from_above(box)).all()
 
 
 def test_the_grid_has_lines_at_multiples_of_its_step_of_metres():
