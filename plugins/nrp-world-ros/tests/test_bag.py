@@ -23,6 +23,7 @@ from nrp_core.errors import BackendLoadError, NrpError
 from nrp_core.messages.geometry_msgs import Twist
 from nrp_core.messages.nav_msgs import Odometry
 from nrp_core.messages.sensor_msgs import Image
+from nrp_core.recording import FilesRead
 from nrp_core.world import Scene, World, read_scene
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
@@ -297,6 +298,14 @@ def test_damage_of_a_bag_is_an_error_that_names_it(kind: str, data: Any, whole_b
 def whole_bags(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("bags")
     return {kind: write(folder / kind) for kind, write in WRITERS.items()}
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+def test_a_recording_keeps_all_files_of_a_bag(kind: str, whole_bags: dict[str, Path]) -> None:
+    path = whole_bags[kind]
+    with FilesRead() as files, Bag(path):
+        pass
+    assert files.below([path.parent]) == (sorted(path.iterdir()) if path.is_dir() else [path])
 
 
 def test_a_bag_without_messages_is_refused(tmp_path: Path) -> None:

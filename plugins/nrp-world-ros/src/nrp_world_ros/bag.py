@@ -61,6 +61,8 @@ class Bag(Node):
         try:
             self._reader = Reader1(path) if is_first else Reader2(path)
             self._reader.open()
+            for file in filter(Path.is_file, path.iterdir() if path.is_dir() else [path]):
+                file.open("rb").close()  # SQLite reads beside Python, and recordings keep what Python opens
             with ExitStack() as failed:
                 failed.callback(self._reader.close)
                 files = self._reader.storage.storages if path.is_dir() else []
