@@ -76,6 +76,8 @@ class BrainBatch:
                 row = rows[brain] = _Row(brain)
             if not row.is_plain or not brain._is_plain or brain.now_ns >= times_ns[number]:
                 continue
+            if not all(port.active for port in row.counters):  # compiled code counts without a look at them
+                continue
             shape = shape or (type(brain), row.shape)
             if shape == (type(brain), row.shape):
                 found.append(number)

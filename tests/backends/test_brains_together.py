@@ -18,10 +18,11 @@ from nrp_core.brain.interface import Brain
 from nrp_core.brain.together import BrainBatch
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import LifecycleError
+from nrp_core.experiment.running.observation import SpikeCounter
 from nrp_core.network.data import Network, Population, Projection
 
 STEP_NS, COPIES = 7 * NS_PER_MS, 3
-ACTS = ("rate", "rates", "silence", "reset", "state", "current", "nothing")
+ACTS = ("rate", "rates", "silence", "reset", "state", "current", "weights", "nothing")
 
 
 @pytest.fixture(params=[("event", {}), ("event", {"resolution": "0.1 ms"}), ("spinnaker", {})], ids=str)
@@ -29,11 +30,11 @@ def opened(
     request: pytest.FixtureRequest, cells: Callable[..., Population], connect: Callable[..., Projection]
 ) -> Callable[[int], Brain]:
     name, options = request.param
+    populations = {"a": cells("a", "IF_curr_exp", 4, i_offset=0.2), "b": cells("b", "IF_curr_exp", 2)}
+    network = Network(populations, (connect("a", "b", 3.0, 1.0, pairs=[(0, 0), (1, 1), (3, 1)]),))
 
     def open_it(seed: int) -> Brain:
         backend = brains().load(name)
-        populations = {"a": cells("a", "IF_curr_exp", 4, i_offset=0.2), "b": cells("b", "IF_curr_exp", 2)}
-        network = Network(populations, (connect("a", "b", 3.0, 1.0, pairs=[(0, 0), (1, 1), (3, 1)]),))
         return backend.open(network, seed=seed, options=backend.options.model_validate(options))
 
     return open_it
@@ -49,6 +50,7 @@ class Rig:
         self.fixed: Any = brain.add_source(given, [3, 4], name="f")
         self.rate: Any = brain.add_sink(PopulationRate(), [0, 1, 1], name="r")
         self.leaky: Any = brain.add_sink(LeakyIntegratorAlpha(), [4, 5], name="l")
+        self.counter: Any = brain.add_sink(SpikeCounter(), np.arange(6), name="c")
         self.all: Any = brain.add_sink(SpikeRecorder(), np.arange(6), name="s")
 
     def act(self, what: str, value: float) -> None:
@@ -57,7 +59,9 @@ class Rig:
         elif what == "rates":
             self.poisson.rate = [value, 0.0, 3 * value]
         elif what == "silence":
-            self.poisson.active = self.rate.active = not self.poisson.active
+            self.poisson.active = self.rate.active = self.counter.active = not self.poisson.active
+        elif what == "weights" and self.brain.identity.startswith("event"):
+            self.brain.set_weights("a-b-excitatory", np.full(3, value))
         elif what == "reset":
             self.brain.reset(seed=int(value))
         elif what == "state":
@@ -72,6 +76,7 @@ class Rig:
             spikes.times_ms.tolist(),
             self.rate.rate,
             self.leaky.voltage,
+            self.counter.activity(self.brain.network),
             self.brain.read_state("v", range(6)).tolist(),
         )
 
