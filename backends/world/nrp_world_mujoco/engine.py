@@ -37,9 +37,9 @@ from nrp_world_mujoco.creep import Creep
 from nrp_world_mujoco.drive import Decays, Drive
 from nrp_world_mujoco.library import SAID, mujoco, scalar_first
 from nrp_world_mujoco.motion import Floating, JointReader, LinkReader, motion_of
-from nrp_world_mujoco.muscles import ActuatorGroup
+from nrp_world_mujoco.muscles import COMPLETE, ActuatorGroup
 from nrp_world_mujoco.one_file import settings_of
-from nrp_world_mujoco.workspace import COMPLETE, SharedWorkspace, StateRow, Workspace
+from nrp_world_mujoco.workspace import SharedWorkspace, StateRow, Workspace
 
 if TYPE_CHECKING:
     from nrp_world_mujoco.backend import MujocoOptions

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Final
 from xml.sax.saxutils import escape
 
 import numpy as np
@@ -183,6 +183,10 @@ def _places(numbers: IntArray) -> IntArray | slice:
     return slice(first, after) if np.array_equal(numbers, np.arange(first, after)) else numbers
 
 
+COMPLETE: Final = mujoco.mjtState.mjSTATE_INTEGRATION
+"""Everything on which the next step depends."""
+
+
 class PresentState:
     """Reads actuators and sensors at the present time.
 
@@ -217,7 +221,7 @@ class PresentState:
         now, state = self._now, numbers.tobytes() + m.actuator_biasprm.tobytes()  # copies differ in gains
         if (self._complete or not complete) and state == self._computed:
             return now
-        mujoco.mj_setState(m, now, numbers, _STATE)
+        mujoco.mj_setState(m, now, numbers, COMPLETE)
         if complete:
             mujoco.mj_forward(m, now)
         else:
@@ -232,6 +236,3 @@ def _find_lengths(model: Any, data: Any) -> None:
     """Compute positions as far as lengths and velocities of actuators need them: no inertia, no contacts."""
     mujoco.mj_fwdKinematics(model, data)
     mujoco.mj_transmission(model, data)
-
-
-_STATE = mujoco.mjtState.mjSTATE_INTEGRATION

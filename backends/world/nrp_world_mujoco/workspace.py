@@ -7,16 +7,13 @@ share data for the computation, one per thread. The results are the same: a step
 from __future__ import annotations
 
 import threading
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_world_mujoco.library import mujoco
-from nrp_world_mujoco.muscles import PresentState
-
-COMPLETE: Final = mujoco.mjtState.mjSTATE_INTEGRATION
-"""Everything on which the next step depends."""
+from nrp_world_mujoco.muscles import COMPLETE, PresentState
 
 
 class Workspace:

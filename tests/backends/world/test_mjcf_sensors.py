@@ -10,8 +10,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from nrp_world_mujoco.muscles import PresentState
-from nrp_world_mujoco.workspace import COMPLETE
+from nrp_world_mujoco.muscles import COMPLETE, PresentState
 
 from nrp_core import World, worlds
 from nrp_core.findings import Code
