@@ -6,6 +6,7 @@ import os
 import signal
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import platformdirs
@@ -38,8 +39,12 @@ def pytest_sessionfinish(session: pytest.Session) -> Iterator[None]:
         if isinstance(report, pytest.TestReport):
             taken[report.nodeid.partition("::")[0]] += report.duration
     if taken and file.parent.is_dir() and not hasattr(session.config, "workerinput"):
-        known = json.loads(file.read_text()) if file.exists() else {}
-        file.write_text(json.dumps(known | {name: round(time_s, 2) for name, time_s in taken.items()}))
+        known: dict[str, float] = {}
+        with suppress(OSError, ValueError):  # there is none, or two runs wrote it at once
+            known = json.loads(file.read_text())
+        text = json.dumps(known | {name: round(time_s, 2) for name, time_s in taken.items()})
+        (part := file.with_suffix(f".{os.getpid()}")).write_text(text)
+        part.replace(file)
     return (yield)
 
 
