@@ -209,8 +209,8 @@ class Collision:
     Args:
         estimated: whether it is a box that replaces a missing mesh, so that its size is only an estimate.
         category, touched: bits of its own category, and of the categories that it touches.
-        torsion: greatest torque about the normal of a contact by its normal force, m; in a contact the
-            larger one counts.
+        torsion: greatest torque about the normal of a contact by its normal force, m; engines combine
+            those of two surfaces in different ways.
     """
 
     name: str
