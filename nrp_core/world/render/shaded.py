@@ -34,11 +34,8 @@ _SKY, _SKY_SLOPE, _SUNSHINE = 0.54, 0.14, 0.36
 """Sky light on a vertical surface, the additional sky light on a horizontal one, and sunlight."""
 
 _LINES = 5.0  # the grid has at least this many steps in the width of the first image
-_LINE, _LINE_STRENGTH, _MAJOR_STRENGTH = (
-    0.012,
-    0.16,
-    0.30,
-)  # width in steps; darkness of a line, and of each fifth line
+_LINE = 0.012  # width of a line, in steps
+_LINE_STRENGTH, _MAJOR_STRENGTH = 0.16, 0.30  # darkness of a line, and of each fifth line
 _SHADE_ON_NOTHING = 0.16
 _NEAR_MAP = 2.2  # radius of the detailed shadow map, in multiples of half the width of the image
 _DENSE = 0.35  # lines are not resolved if a pixel is wider than this share of a step
@@ -115,20 +112,8 @@ def light(
                     x, y = (j + 0.5 * step - middle) / focal, (centre - i - 0.5 * step) / focal
                     if face == NOTHING:
                         _find_place(eye, x, y, _depth_of_floor(eye, x, y, grid), place)
-                        _add_floor(
-                            eye,
-                            place,
-                            x,
-                            y,
-                            step / focal,
-                            palette,
-                            grid,
-                            up,
-                            maps,
-                            map_eyes,
-                            map_focals,
-                            total,
-                        )
+                        shadows = maps, map_eyes, map_focals
+                        _add_floor(eye, place, x, y, step / focal, palette, grid, up, *shadows, total)
                         continue
                     depth = 1.0 / (near if parts == 1 else nearness[i, j])
                     _find_place(eye, x, y, depth, place)
@@ -377,17 +362,7 @@ class ShadedView:
         shapes = (points, mesh.faces, self._normals, frames, self._frame_of_face, mesh.surfaces)
         looks = (palette, laid, covered, stage.grounds, stage.grid)
         shadows = (self._sun, self._maps, self._map_eyes, self._map_focals)
-        light(
-            seen,
-            self._nearness,
-            self._samples,
-            optics.focal,
-            eye,
-            *shapes,
-            *looks,
-            *shadows,
-            image,
-        )
+        light(seen, self._nearness, self._samples, optics.focal, eye, *shapes, *looks, *shadows, image)
         return image
 
     def _distance(self, seen: IndexArray) -> float:
