@@ -59,11 +59,11 @@ def in_file(fault: str, found_by: str, change: Callable[[Link], Link]) -> None:
 def compiled(fault: str, found_by: str, change: Callable[[E, Any], None]) -> None:
     """Add an engine with another compiled model."""
 
-    def load(self: E, scene: Scene, built: Any = None) -> None:
-        E._do_load(self, scene, built)
+    def open_it(self: E, scene: Scene, built: Any) -> None:
+        E._open(self, scene, built)
         change(self, self._model)
 
-    wrong(fault, found_by, _do_load=load)
+    wrong(fault, found_by, _open=open_it)
 
 
 def scaled(fault: str, found_by: str, array: str, factor: float) -> None:

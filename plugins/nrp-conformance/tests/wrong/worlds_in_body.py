@@ -173,12 +173,12 @@ class DoesNotTurnVisuals(ChangesTheScene):
 class SpawnsWithWFirst(MujocoEngine):
     known: frozenset[str] = frozenset()
 
-    def _do_load(self, scene: Scene, built: Any = None) -> None:
+    def _open(self, scene: Scene, built: Any) -> None:
         if self.known:
             models = (m if m.name in self.known else replace(m, pose=_w_first(m.pose)) for m in scene.models)
             scene = replace(scene, models=tuple(models))
         self.known = frozenset(model.name for model in scene.models)
-        super()._do_load(scene, built)
+        super()._open(scene, built)
 
 
 @found_by(
