@@ -123,6 +123,7 @@ _SCALARS = {float: "float64", int: "int64", bool: "bool", str: "string"}
 
 _FILLER = "structure_needs_at_least_one_member"
 """The field of messages without one."""
+_EMPTY = SimpleNamespace(**{_FILLER: 0})
 _HEAD = b"\x00\x01\x00\x00"
 _CODES = {
     "bool": "?", "byte": "B", "char": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H",
@@ -323,6 +324,8 @@ class Codec:
     # -- conversion for the library, which takes flat NumPy arrays of the right type
 
     def _prepare_of(self, name: str) -> Prepare | None:
+        if name not in self._prepare and not self._field_names_of(name):
+            self._prepare[name] = lambda _message: _EMPTY
         if name not in self._prepare:
             fields, renamed = self._store.fielddefs[name][1], self._renamed(name)
             prepare = [

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from array import array
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy.typing as npt
 import pytest
 from nrp_core.errors import TopicError
 from nrp_core.messages.base import array_field, message
-from nrp_core.messages.cdr import Codec
+from nrp_core.messages.cdr import Codec, MessageField
 
 from conftest import Ros2, needs_ros2
 from nrp_world_ros.ros2.types import RosTypes
@@ -102,6 +103,16 @@ def _filled(message: Any) -> Any:
     return message
 
 
+def test_a_message_without_fields_inside_another_needs_no_attribute() -> None:
+    codec = Codec()
+    codec.compose("nrp_msgs/msg/Nothing", [MessageField("structure_needs_at_least_one_member", "uint8")])
+    codec.compose(
+        "nrp_msgs/msg/Holder", [MessageField("inner", "nrp_msgs/msg/Nothing"), MessageField("n", "int32")]
+    )
+    message = SimpleNamespace(inner=SimpleNamespace(), n=7)
+    assert bytes(codec.encode_as(message, "nrp_msgs/msg/Holder")).hex() == "000100000000000007000000"
+
+
 @needs_ros2
 def test_services_and_actions_made_here_have_the_hashes_of_ros(codec: Codec) -> None:
     types = RosTypes(codec)
@@ -113,7 +124,7 @@ def test_services_and_actions_made_here_have_the_hashes_of_ros(codec: Codec) -> 
 SERVER_AND_CLIENT = """
 import sys, threading
 import rclpy
-from nrp_core.messages.cdr import Codec
+from nrp_core.messages.cdr import Codec, MessageField
 from nrp_world_ros.ros2.types import RosTypes
 from rclpy.action import ActionClient, ActionServer
 from rclpy.executors import MultiThreadedExecutor
