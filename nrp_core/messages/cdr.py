@@ -324,8 +324,6 @@ class Codec:
     # -- conversion for the library, which takes flat NumPy arrays of the right type
 
     def _prepare_of(self, name: str) -> Prepare | None:
-        if name not in self._prepare and not self._field_names_of(name):
-            self._prepare[name] = lambda _message: _EMPTY
         if name not in self._prepare:
             fields, renamed = self._store.fielddefs[name][1], self._renamed(name)
             prepare = [
@@ -333,6 +331,8 @@ class Codec:
             ]
             needed = any(field != ours or function is not None for field, ours, function in prepare)
             self._prepare[name] = _rebuild(prepare) if needed else None
+            if not self._field_names_of(name):
+                self._prepare[name] = lambda _message: _EMPTY
         return self._prepare[name]
 
     def _numbers(self, name: str, path: str = "") -> list[tuple[str, str]] | None:
