@@ -11,10 +11,9 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, count
 
-from nrp_core.scene.devices import MountedSensor
+from nrp_core.scene.devices import ANY_CAMERA, MountedSensor
 from nrp_core.scene.model import (
     ALL_BITS,
-    ANY_CAMERA,
     DEFAULT_RGBA,
     Collision,
     Finish,

@@ -115,6 +115,10 @@ class Imperfection:
     drop_out: float = 0.0
 
 
+ANY_CAMERA = 0xFFFFFFFF
+"""The flags of a visual that all cameras draw, and the mask of a camera that draws all visuals."""
+
+
 @dataclass(frozen=True, slots=True)
 class View:
     """The images that an engine draws for a sensor: along x of its pose, z up.
@@ -133,7 +137,7 @@ class View:
     height: int
     near: float
     far: float
-    mask: int = 0xFFFFFFFF
+    mask: int = ANY_CAMERA
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Finding
 from nrp_core.scene.consistency import WORLD, check_pose, check_tree, check_unique, require
 from nrp_core.scene.devices import (
+    ANY_CAMERA,
     LATER,
     GroupController,
     Imperfection,
@@ -168,10 +169,6 @@ class Texture:
     content: str = ""
 
 
-ANY_CAMERA = 0xFFFFFFFF
-"""The flags of a visual that all cameras draw, and the mask of a camera that draws all visuals."""
-
-
 @dataclass(frozen=True, slots=True)
 class Visual:
     """The visible shape of a link.
@@ -202,6 +199,10 @@ ALL_BITS = 0xFFFF
 """The category, and what it touches, of a shape whose file does not limit its collisions."""
 
 
+TORSION_BY_RADIUS = 3 * pi / 16
+"""The torsion of a contact patch with the pressure of Hertz and a coefficient of 1, by its radius."""
+
+
 @dataclass(frozen=True, slots=True)
 class Collision:
     """A collision shape of a link; ``friction`` is Coulomb's coefficient.
@@ -223,6 +224,11 @@ class Collision:
     torsion: float = field(default=0.0, metadata=LATER)
 
     __setstate__ = set_fields
+
+    @property
+    def patch_radius(self) -> float:
+        """The radius (m) of the contact patch that has this torsion with a coefficient of 1."""
+        return self.torsion / TORSION_BY_RADIUS
 
     @property
     def is_selective(self) -> bool:

@@ -23,11 +23,10 @@ from nrp_core.findings import Code, Findings
 from nrp_core.scene.bodies import PRESERVED, TINTS
 from nrp_core.scene.inertia import LEAST_MOMENT
 from nrp_core.scene.meshes.stl import write_stl
-from nrp_core.scene.model import Inertial
+from nrp_core.scene.model import TORSION_BY_RADIUS, Inertial
 from nrp_core.scene.reading.context import Element, read_xml
 from nrp_core.scene.reading.repairs import LEAST_MASS, NO_INERTIA
 from nrp_core.scene.rigid import Pose, Quaternion, Vector
-from nrp_core.scene.sdf.links import TORSION_BY_RADIUS
 from nrp_core.scene.sdf.model import KEYFRAME
 from nrp_core.world.drives.muscles import ALL
 from nrp_core.world.render.cameras import looking

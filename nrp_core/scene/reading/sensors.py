@@ -16,8 +16,8 @@ from nrp_core.messages.base import resolve_name
 from nrp_core.registry import Registry
 from nrp_core.scene.bodies import free_name
 from nrp_core.scene.consistency import rigid_groups
-from nrp_core.scene.devices import MountedSensor, Noise
-from nrp_core.scene.model import ANY_CAMERA, Joint, Link
+from nrp_core.scene.devices import ANY_CAMERA, MountedSensor, Noise
+from nrp_core.scene.model import Joint, Link
 from nrp_core.scene.reading.context import Element, Reading
 from nrp_core.scene.reading.plugins import (
     ModelParts,

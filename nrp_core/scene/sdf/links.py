@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
-from math import log1p, pi
+from math import log1p
 from typing import Final
 
 from nrp_core.findings import Code
 from nrp_core.scene.bodies import Shape, Touched, VisualInFile, build_link, free_name
+from nrp_core.scene.devices import ANY_CAMERA
 from nrp_core.scene.inertia import WATER, collision_inertia
 from nrp_core.scene.meshes.convert import Form
-from nrp_core.scene.model import ALL_BITS, ANY_CAMERA, Inertial, Link
+from nrp_core.scene.model import ALL_BITS, TORSION_BY_RADIUS, Inertial, Link
 from nrp_core.scene.reading.context import Element, Reading
 from nrp_core.scene.reading.geometry import is_empty, is_point, read_geometry
 from nrp_core.scene.reading.plugins import label_of
@@ -27,8 +28,6 @@ from nrp_core.scene.reading.sensors import Mount, bit_mask, link_sensors
 from nrp_core.scene.sdf.appearance import read_appearance
 from nrp_core.scene.sdf.frames import Frames
 
-TORSION_BY_RADIUS: Final = 3 * pi / 16
-"""The factor for a contact patch with the pressure of Hertz."""
 _MOST_BITS: Final = 0x7FFFFFFF
 """Of a positive number that engines hold."""
 

@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core.errors import CapabilityError
-from nrp_core.scene.devices import View
+from nrp_core.scene.devices import ANY_CAMERA, View
 from nrp_core.scene.merged_bodies import Body, body_of
-from nrp_core.scene.model import ANY_CAMERA, Box, Geometry, Light, Plane, Rgba, Scene
+from nrp_core.scene.model import Box, Geometry, Light, Plane, Rgba, Scene
 from nrp_core.scene.rigid import Pose
 
 SKY: Rgba = (178 / 255, 178 / 255, 178 / 255, 1.0)

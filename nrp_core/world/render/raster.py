@@ -17,8 +17,9 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core._support.small_matrices import product
+from nrp_core.scene.devices import ANY_CAMERA
 from nrp_core.scene.merged_bodies import WORLD_FRAME, Body, place_in_frame
-from nrp_core.scene.model import ANY_CAMERA, Rgba
+from nrp_core.scene.model import Rgba
 from nrp_core.scene.rigid import BodyPath, ReadFrames, matrix_of
 from nrp_core.world.render.cameras import (
     CameraPath,

@@ -18,8 +18,8 @@ from nrp_core.messages.base import resolve_name
 from nrp_core.messages.point_cloud2 import create_cloud
 from nrp_core.messages.sensor_msgs import CameraInfo, Image, PointCloud2
 from nrp_core.messages.std_msgs import Header
-from nrp_core.scene.devices import LATER, View, set_fields
-from nrp_core.scene.model import ANY_CAMERA, Model
+from nrp_core.scene.devices import ANY_CAMERA, LATER, View, set_fields
+from nrp_core.scene.model import Model
 from nrp_core.scene.reading.context import Element, Reading
 from nrp_core.scene.reading.plugins import plugin_name, ros_namespace, warn_of_plugin
 from nrp_core.scene.reading.sensors import Mount, bit_mask, field_of_view, noise_of, rate_of

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import expm1, isfinite, pi
+from math import expm1, isfinite
 from typing import Any, TypeAlias, cast
 
 from lxml import etree
@@ -114,7 +114,7 @@ def _surface(collision: Collision) -> Xml:
     friction = [numbers(name, collision.friction) for name in ("mu", "mu2")]
     rubbing = element("friction", element("ode", *friction))
     if collision.torsion:  # of a patch with a coefficient of 1
-        rubbing.append(element("torsional", numbers("patch_radius", collision.torsion * 16 / (3 * pi))))
+        rubbing.append(element("torsional", numbers("patch_radius", collision.patch_radius)))
     surface = element("surface", rubbing)
     if collision.is_selective:
         bits = {"collide_bitmask": collision.touched, "category_bitmask": collision.category}
