@@ -303,10 +303,8 @@ class MujocoEngine(JointedEngine):
         super()._put_at_start(scene)
 
     def check_state(self, t_ns: int) -> None:
-        positions, rates = (
-            self._positions,
-            self._rates,
-        )  # sums of squares are faster than a check of each number
+        positions, rates = self._positions, self._rates
+        # sums of squares are faster than a check of each number
         calm = isfinite(positions.dot(positions)) and rates.dot(rates) < MOST_RATE**2
         if calm and len(self._limited):
             now = positions.take(self._limited)

@@ -233,9 +233,8 @@ class _Builder:
         if link.collisions:
             friction, torsion = self._frictions[link.collisions[0].friction], link.collisions[0].torsion
             bullet.changeDynamics(*where, lateralFriction=friction, physicsClientId=client)
-            if (
-                friction and torsion
-            ):  # a contact has the sum of both bodies' values, each times the friction of the other body
+            if friction and torsion:
+                # a contact has the sum of both bodies' values, each times the friction of the other body
                 spinning = torsion / max(self._frictions.values())
                 bullet.changeDynamics(*where, spinningFriction=spinning, physicsClientId=client)
         if link.inertial.mass:

@@ -33,10 +33,8 @@ def enqueue(membrane: int, neurons: IntArray, times_ms: FloatArray) -> bool:
     weights = array_at(own.weights, own.n_neurons, _NUMBERS)
     for k in range(len(neurons)):
         if received[neurons[k]]:
-            queue[own.waiting], queue[own.room + own.waiting] = (
-                times_ms[k] + own.delay_ms,
-                weights[neurons[k]],
-            )
+            queue[own.waiting] = times_ms[k] + own.delay_ms
+            queue[own.room + own.waiting] = weights[neurons[k]]
             own.waiting += 1
     return True
 

@@ -248,9 +248,8 @@ class _FilterPort(SinkPort):
 
     def tire(self, synapse_type: Mapping[str, Any]) -> None:
         """Give each neuron a synapse with short-term plasticity."""
-        from nrp_core.brain.devices.short_term import (
-            ShortTermSynapses,
-        )  # imported here since it loads a compiler
+        # imported here since it loads a compiler
+        from nrp_core.brain.devices.short_term import ShortTermSynapses
 
         self._synapses = ShortTermSynapses(
             synapse_type, np.full(len(self._received), self._kernel.tau_syn_ms)

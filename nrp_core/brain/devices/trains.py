@@ -156,9 +156,8 @@ class TrainPort(SourcePort):
         check_sign(self._spec.weight, self._spec.receptor_type, self.neurons, network)
         if self._spec.synapse_type is None:
             return
-        from nrp_core.brain.devices.short_term import (
-            ShortTermSynapses,
-        )  # imported here since it loads a compiler
+        # imported here since it loads a compiler
+        from nrp_core.brain.devices.short_term import ShortTermSynapses
 
         self._places = np.zeros(network.size, np.int64)
         self._places[self.neurons] = np.arange(len(self.neurons))
