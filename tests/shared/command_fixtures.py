@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from nrp_core.cli import app
+from nrp_core.cli import app, progress
 
 
 @dataclass(frozen=True)
@@ -34,6 +34,7 @@ def experiment(fakes: None, drive_to_the_wall: Path) -> Path:
 def nrp(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
     """Return a function that runs a command in this process."""
     monkeypatch.setattr(app, "reserve_stdout", lambda: None)
+    monkeypatch.setattr(progress, "PATIENCE_S", 600.0)  # a busy machine explains nothing between the lines
 
     def run(*arguments: Any) -> Done:
         capsys.readouterr()
