@@ -166,9 +166,11 @@ class Functions:
     def revert(self) -> None:
         """Continue the run with the files on disk."""
         on_disk = _on_disk(self._files)
+        changed = on_disk != self._running
         self._change({name: self._files[name] for name in on_disk})
         self._running = self._saved = on_disk
-        self.doubt()
+        if changed:  # the findings about the same texts are the same, and a check takes a second
+            self.doubt()
 
     def save(self, files: Mapping[str, str], base: Mapping[str, str] | None = None) -> None:
         """Write texts to the files of the experiment, each as a whole.
