@@ -476,10 +476,10 @@ class ClosedLoop(Closing):
     ) -> Generator[VectorizedCall, Any, bool]:
         """Make the calls of a function that are due in this step, and return whether all succeeded."""
         start_ns = now_ns - self.plan.period_ns
-        for call in function.calls_due(start_ns):
+        t = self._function_time(now_ns, start_ns)
+        for call in function.calls_due(start_ns, t):
             began, failed = work.now_ns(), False
             try:
-                t = self._function_time(now_ns, start_ns)
                 if together:
                     prepared, waits = function.prepare(now_ns, t, call), work.now_ns()
                     result, share_ns = yield function, prepared

@@ -59,10 +59,15 @@ class Throttle:
     def __init__(self, rate_hz: float | None) -> None:
         self.rate_hz = rate_hz
         self._schedule = None if rate_hz is None else SampleSchedule.of(rate_hz, 1)
-        self._last = -1
+        self._last = -1.0
 
-    def admits(self, t_ns: int) -> bool:
-        """Return whether a run is admitted now; if so, count it."""
+    def admits(self, t_ns: int, t: float | None = None) -> bool:
+        """Return whether a run is admitted now; if so, count it.
+
+        Args:
+            t_ns: the time, ns.
+            t: the time that is passed to the function, s, which subclasses may compare instead.
+        """
         if self._schedule is None:
             return True
         period = self._schedule.index_at(t_ns)
@@ -71,14 +76,14 @@ class Throttle:
         self._last = period
         return True
 
-    def save(self) -> int:
+    def save(self) -> float:
         """Return the state."""
         return self._last
 
-    def restore(self, saved: int) -> None:
+    def restore(self, saved: float) -> None:
         """Restore a state from :meth:`save`."""
         self._last = saved
 
     def reset(self) -> None:
         """Return to time 0."""
-        self._last = -1
+        self._last = -1.0

@@ -282,17 +282,17 @@ class TransferFunction:
         for adapter in self._adapters.values():
             adapter.set_read(False)
 
-    def calls_due(self, t_ns: int) -> Iterable[Call]:
-        """Return its calls in the step that began at ``t_ns``, in order; called once per step."""
+    def calls_due(self, t_ns: int, t: float | None = None) -> Iterable[Call]:
+        """Return its calls in the step that began at ``t_ns``, in order; they receive ``t`` (s)."""
         if not self._active:
             return ()
         if self._called_by:
-            return self._calls_for_messages(t_ns)
-        return ONCE if self._is_triggered() and self.throttle.admits(t_ns) else ()
+            return self._calls_for_messages(t_ns, t)
+        return ONCE if self._is_triggered() and self.throttle.admits(t_ns, t) else ()
 
-    def _calls_for_messages(self, t_ns: int) -> Iterator[Call]:
+    def _calls_for_messages(self, t_ns: int, t: float | None) -> Iterator[Call]:
         yield from calls_for_messages(self._called_by, self.throttle.admits)
-        if self._is_triggered() and self.throttle.admits(t_ns):
+        if self._is_triggered() and self.throttle.admits(t_ns, t):
             yield Call()
 
     def _is_triggered(self) -> bool:

@@ -23,7 +23,7 @@ from nrp_pynest.models import valid_recovery_ms
 from nrp_core import dsl
 from nrp_core.brain import Brain as RunningBrain
 from nrp_core.brain import Network
-from nrp_core.clock import NS_PER_S, from_milliseconds
+from nrp_core.clock import from_milliseconds, seconds
 from nrp_core.dsl import (
     Binding,
     CurrentGenerator,
@@ -382,12 +382,13 @@ class CSVRecords(dsl.MapCSVRecorder):
 
 
 class Pauses(dsl.Throttle):
-    """Admits a run when the period of a rate has passed since the last one, as the platform did."""
+    """Admits a run one period of the rate after the last, in the platform's summed time."""
 
-    def admits(self, t_ns: int) -> bool:
-        if self.rate_hz is not None and self._last >= 0 and t_ns < self._last + NS_PER_S / self.rate_hz:
+    def admits(self, t_ns: int, t: float | None = None) -> bool:
+        t = seconds(t_ns) if t is None else t
+        if self.rate_hz is not None and self._last >= 0.0 and self._last + 1.0 / self.rate_hz > t:
             return False
-        self._last = t_ns
+        self._last = t
         return True
 
 
@@ -458,9 +459,7 @@ def framework(
 
     brain = Brain(brain_root)
     own = {name: getattr(dsl, name) for name in dsl.__all__}
-    own_kinds = (
-        MapSpikeSink, MapSpikeSource, MapRobotSubscriber, MapRobotPublisher, MapVariable,
-    )  # fmt: skip
+    own_kinds = (MapSpikeSink, MapSpikeSource, MapRobotSubscriber, MapRobotPublisher, MapVariable)
     return module(
         "hbp_nrp_cle.tf_framework",
         **{
