@@ -13,7 +13,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Generic, Literal, TypeAlias, TypeVar
+from typing import Any, Generic, Literal, Protocol, TypeAlias, TypeVar
 
 from nrp_core._support.closing import Closing
 from nrp_core._support.machine import cores
@@ -86,6 +86,13 @@ class TimeAccount:
 Loop = TypeVar("Loop")
 
 
+class ObservesMany(Protocol):
+    """Observes many loops at once."""
+
+    def evaluate(self, observers: Sequence[Any]) -> None:
+        """Observe the present time for observers of one loop each."""
+
+
 @dataclass(frozen=True, slots=True)
 class Hooks(Generic[Loop]):
     """Lists of functions, called in order; an exception in one ends the run.
@@ -96,6 +103,8 @@ class Hooks(Generic[Loop]):
         after_step: called after the transfer functions, also if one of them failed.
         after_reset: called when everything is back at time 0.
         from_outside: called with topic and message before a message from outside is published.
+        together: observers of which many can observe at once, before ``after_step``, and what makes the
+            object that does so.
     """
 
     before_step: list[Callable[[Loop], None]] = field(default_factory=list)
@@ -103,6 +112,7 @@ class Hooks(Generic[Loop]):
     after_step: list[Callable[[Loop], None]] = field(default_factory=list)
     after_reset: list[Callable[[Loop], None]] = field(default_factory=list)
     from_outside: list[Callable[[str, Any], None]] = field(default_factory=list)
+    together: list[tuple[Callable[[], ObservesMany], Any]] = field(default_factory=list)
 
 
 T = TypeVar("T")
@@ -277,7 +287,7 @@ def _timed(side: Brain | World, t_ns: int) -> int:
     return work.now_ns() - began
 
 
-VectorizedCall: TypeAlias = tuple[TransferFunction, float]
+VectorizedCall: TypeAlias = tuple[TransferFunction | None, float]
 EndOfStep: TypeAlias = Generator[VectorizedCall, Any, None]
 
 
@@ -428,7 +438,8 @@ class ClosedLoop(Closing):
 
         Args:
             together: whether to yield each call of a vectorised function, with its time in s. The caller
-                makes it, and sends its result and the time it took, ns. Otherwise nothing is yielded.
+                makes it, and sends its result and the time it took, ns. In the end None is yielded, so that
+                the caller may call the observers ``hooks.together``. Otherwise nothing is yielded.
 
         Raises:
             TransferFunctionRaisedError: a function failed; see :meth:`run_until`.
@@ -437,6 +448,8 @@ class ClosedLoop(Closing):
         for hook in self.hooks.before_functions:
             hook(self)
         failure = yield from self._run_functions(together)
+        if together and self.hooks.together:
+            yield None, 0.0
         for hook in self.hooks.after_step:
             hook(self)
         self.is_stepping = False

@@ -8,12 +8,16 @@ from typing import Any, ClassVar, Literal
 
 from nrp_core.errors import CapabilityError, ExperimentError, did_you_mean
 from nrp_core.observables.observable import Observable, Reading, Room, Surroundings
-from nrp_core.observables.positions import Poses, require_poses, target_of
+from nrp_core.observables.positions import Footprint, Poses, ground_length, require_poses, target_of
 from nrp_core.quantities import Point
 
 
-class _OfPositions(Observable):
-    """An observable of the pose of a model, which its speed bounds."""
+class OfPositions(Observable):
+    """An observable of the pose of a model, which its speed bounds.
+
+    Attributes:
+        model: the name of the model.
+    """
 
     unit = "m"
     kind: ClassVar[str]
@@ -22,15 +26,19 @@ class _OfPositions(Observable):
     def __init__(self, around: Surroundings, of: str) -> None:
         require_poses(around.world)
         self._where = around.where
-        self._model = around.world.scene.model(of).name
-        self._models: tuple[str, ...] = (self._model,)
-        self.name = f"the {self.kind} of {self._model}"
+        self.model = around.world.scene.model(of).name
+        self._models: tuple[str, ...] = (self.model,)
+        self.name = f"the {self.kind} of {self.model}"
 
     def unchanged_ns(self, room: Room) -> int | None:
         return self._where.unchanged_ns(room(self.value(0)), *self._models) if self._is_known else None
 
+    def distance_to(self) -> Footprint | None:
+        """Return the fixed footprint whose distance is the value; None: it is another value, or not yet."""
+        return None
 
-class Distance(_OfPositions):
+
+class Distance(OfPositions):
     """The horizontal distance of a model's origin to a point, a model or the nearest point of a visual, m."""
 
     kind = "distance"
@@ -40,17 +48,21 @@ class Distance(_OfPositions):
         self._target = target_of(to, around.world.scene)
         if isinstance(to, str):
             self._models += (to.partition("/")[0],)
-        self.name = f"the distance of {self._model} to {to}"
+        self.name = f"the distance of {self.model} to {to}"
         self._known: tuple[Poses, float] | None = None
 
     def value(self, now_ns: int) -> float:
         where = self._where
         if self._known is None or self._known[0] is not where.poses:
-            self._known = where.poses, self._target(where).distance(where.ground(self._model))
+            self._known = where.poses, self._target(where).distance(where.ground(self.model))
         return self._known[1]
 
+    def distance_to(self) -> Footprint | None:
+        moves = any(model in self._where.moving for model in self._models[1:])
+        return None if moves else self._target(self._where)
 
-class Displacement(_OfPositions):
+
+class Displacement(OfPositions):
     """The horizontal distance of a model's origin from its place when it was first read, m."""
 
     kind = "displacement"
@@ -61,10 +73,13 @@ class Displacement(_OfPositions):
         self._is_known = from_ is not None
 
     def value(self, now_ns: int) -> float:
-        x, y, _ = self._where.poses[self._model].position
+        x, y, _ = self._where.poses[self.model].position
         if self._centre is None:
             self._centre, self._is_known = (x, y), True
-        return hypot(x - self._centre[0], y - self._centre[1])
+        return ground_length(x - self._centre[0], y - self._centre[1])
+
+    def distance_to(self) -> Footprint | None:
+        return None if self._centre is None else Footprint((self._centre,))
 
     def save(self) -> Any:
         return self._centre
@@ -73,23 +88,23 @@ class Displacement(_OfPositions):
         self._centre, self._is_known = saved, saved is not None
 
 
-class Height(_OfPositions):
+class Height(OfPositions):
     """The height of a model's origin, m."""
 
     kind = "height"
 
     def value(self, now_ns: int) -> float:
-        return self._where.pose(self._model).position[2]
+        return self._where.pose(self.model).position[2]
 
 
-class Tilt(_OfPositions):
+class Tilt(OfPositions):
     """The angle between a model's z axis and the vertical, rad."""
 
     unit = "rad"
     kind = "tilt"
 
     def value(self, now_ns: int) -> float:
-        x, y, _, _ = self._where.pose(self._model).orientation
+        x, y, _, _ = self._where.pose(self.model).orientation
         return acos(min(1.0, max(-1.0, 1 - 2 * (x * x + y * y))))
 
     def unchanged_ns(self, room: Room) -> int | None:

@@ -38,6 +38,7 @@ class LastMessage:
     Attributes:
         unchanged_ns: for how long it surely stays, ns: 0 for a value that the world has at each physics step,
             else None.
+        last: the message that was read last.
     """
 
     def __init__(self, subscription: Subscription) -> None:
@@ -45,7 +46,14 @@ class LastMessage:
         at_each_step = topic.rate_hz is None and topic.direction is Direction.OUT
         self.unchanged_ns = 0 if at_each_step else None
         self._coming: deque[Stamped] = deque()
-        self._last: Stamped | None = None
+        self.last: Stamped | None = None
+
+    @property
+    def untaken_ns(self) -> Sequence[int]:
+        """The times of the messages that were not received yet, ns."""
+        return (
+            [stamped.t_ns for stamped in self._subscription.messages] if self._subscription.has_news else ()
+        )
 
     def news(self) -> Sequence[int]:
         """Receive the messages that came since the last call, and return their times, ns."""
@@ -57,13 +65,13 @@ class LastMessage:
         """Return the last message at a moment, which is not before the previous one; None: none came."""
         self.news()
         while self._coming and self._coming[0].t_ns <= now_ns:
-            self._last = self._coming.popleft()
-        return self._last
+            self.last = self._coming.popleft()
+        return self.last
 
     def restore(self) -> None:
         """Return to the messages of the subscription, at time 0 or after it was restored."""
         self._coming.clear()
-        self._last = None if self._subscription.has_news else self._subscription.latest
+        self.last = None if self._subscription.has_news else self._subscription.latest
 
 
 class BetweenSteps:
@@ -98,6 +106,15 @@ class BetweenSteps:
             if stays_ns is not None:
                 self._due_ns.append((now_ns + stays_ns, each))
         self.deadline_ns = min(map(itemgetter(0), self._due_ns), default=None)
+
+    @property
+    def has_looked(self) -> bool:
+        """Whether it has looked since the last plan."""
+        return bool(self._looks)
+
+    def rest(self) -> None:
+        """Plan no looks until the next step, because no condition can change before it."""
+        self.deadline_ns = None
 
     def observe(self, now_ns: int) -> None:
         """Look at the bodies at a physics step."""

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product
-from math import cos, hypot, pi, sin
+from math import cos, hypot, pi, sin, sqrt
 
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import CapabilityError, SceneError
 from nrp_core.scene.model import Box, Capsule, Cylinder, Geometry, Link, Model, Plane, Scene, Sphere
 from nrp_core.scene.rigid import Pose, Vector
@@ -52,6 +55,25 @@ class Footprint:
         return max(0.0, min(_to_segment(a, b, point) for a, b in edges) - self.radius)
 
 
+def distances(corners: FloatArray, radius: FloatArray, points: FloatArray) -> FloatArray:
+    """Return what :meth:`Footprint.distance` returns for many footprints and points, bit for bit.
+
+    Args:
+        corners: of each footprint, shape ``(n, corners, 2)``.
+        radius: of each, shape ``(n,)``.
+        points: a point for each, shape ``(n, 2)``.
+    """
+    edges, ahead = np.roll(corners, -1, axis=1) - corners, points[:, None] - corners
+    dx, dy, px, py = edges[..., 0], edges[..., 1], ahead[..., 0], ahead[..., 1]
+    length2 = dx * dx + dy * dy
+    t = np.clip((px * dx + py * dy) / np.where(length2 > 0.0, length2, 1.0), 0.0, 1.0)
+    x, y = px - t * dx, py - t * dy
+    found: FloatArray = np.maximum(0.0, np.sqrt(x * x + y * y).min(axis=1) - radius)
+    if corners.shape[1] > 2:
+        found[(dx * py - dy * px >= 0.0).all(axis=1)] = 0.0
+    return found
+
+
 def convex_hull(points: list[GroundPoint]) -> tuple[GroundPoint, ...]:
     """Return the corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
     ordered = sorted(set(points))
@@ -93,12 +115,17 @@ def _to_segment(a: GroundPoint, b: GroundPoint, point: GroundPoint) -> float:
     px, py = point[0] - a[0], point[1] - a[1]
     length2 = dx * dx + dy * dy
     t = min(1.0, max(0.0, (px * dx + py * dy) / length2)) if length2 else 0.0
-    return hypot(px - t * dx, py - t * dy)
+    return ground_length(px - t * dx, py - t * dy)
+
+
+def ground_length(x: float, y: float) -> float:
+    """Return a length on the ground; of many copies at once NumPy computes the same bits."""
+    return sqrt(x * x + y * y)
 
 
 Poses = Mapping[str, Pose]
 """The poses of models by their names."""
-_FAST_M_S = 10.0
+FAST_M_S = 10.0
 
 
 class GroundPositions:
@@ -110,13 +137,17 @@ class GroundPositions:
 
     Attributes:
         poses: the poses at the moment.
+        moving: the names of the models that can move, in the order of the scene.
     """
+
+    moving: Sequence[str] = ()
 
     def __init__(self, world: World, period_ns: int = 0) -> None:
         self._world, self._period_ns = world, period_ns
         self._are_reported = world.capabilities.poses
         self._scene: Scene | None = None
-        self.poses: Poses = {}
+        self._poses: Poses = {}
+        self._numbers: FloatArray | None = None
         self.refresh()
 
     def refresh(self) -> None:
@@ -127,8 +158,23 @@ class GroundPositions:
         if engine.scene is not self._scene:
             self._scene = engine.scene
             self._fixed = {model.name: model.pose for model in self._scene.models}
-            self._moving = [model.name for model in self._scene.models if not model.static]
-        self.poses = self._fixed | {name: engine.model_pose(name) for name in self._moving}
+            self.moving = [model.name for model in self._scene.models if not model.static]
+        self.poses = self._fixed | {name: engine.model_pose(name) for name in self.moving}
+
+    @property
+    def poses(self) -> Poses:
+        if (numbers := self._numbers) is not None:
+            each = zip(self.moving, numbers.tolist(), strict=True)
+            self.poses = self._fixed | {name: Pose(tuple(row[:3]), tuple(row[3:])) for name, row in each}
+        return self._poses
+
+    @poses.setter
+    def poses(self, poses: Poses) -> None:
+        self._poses, self._numbers = poses, None
+
+    def set_numbers(self, numbers: FloatArray) -> None:
+        """Set the present poses of the moving models: positions and orientations (x, y, z, w) in rows."""
+        self._numbers = numbers
 
     def unchanged_ns(self, gap_m: float, *models: str) -> int:
         """Return the time for which a distance between models stays on the same side of a limit, ns.
@@ -139,10 +185,10 @@ class GroundPositions:
             gap_m: how far the distance is from the limit, m.
             models: the models.
         """
-        surely_ns = unchanged_ns(gap_m, _FAST_M_S)
+        surely_ns = unchanged_ns(gap_m, FAST_M_S)
         if surely_ns >= self._period_ns:
             return surely_ns
-        motions = [self._world.engine.model_motion(name) for name in models if name in self._moving]
+        motions = [self._world.engine.model_motion(name) for name in models if name in self.moving]
         return unchanged_ns(gap_m, sum(hypot(*motion.linear) for motion in motions))
 
     def __contains__(self, model: object) -> bool:

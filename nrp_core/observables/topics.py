@@ -38,6 +38,17 @@ class Field(Observable):
         stamped = self._last.at(now_ns)
         return None if stamped is None else self._read(stamped.message)
 
+    @property
+    def last(self) -> Any:
+        """The value that was read last."""
+        stamped = self._last.last
+        return None if stamped is None else self._read(stamped.message)
+
+    @property
+    def news_ns(self) -> Sequence[int]:
+        """The times of the messages that came since the last reading, ns; they stay unread."""
+        return self._last.untaken_ns
+
     def news(self) -> Sequence[int]:
         return self._last.news()
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from math import isfinite
 from typing import TYPE_CHECKING, Any, ClassVar, Final, final
 
-from nrp_core._support.arrays import FloatArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.errors import CapabilityError, DivergedError
 from nrp_core.findings import Findings
 from nrp_core.findings.refusals import JOINT_CONTROL, MODEL_MOVES, SCENE_CHANGES, SNAPSHOTS, refusal
@@ -310,6 +310,20 @@ class Engine(JointCommands):
     def model_pose(self, model: str) -> Pose:
         """Return the pose of a model's frame."""
         return self._do_model_motion(model).pose
+
+    def position_places(
+        self, models: Sequence[str], jointed: Sequence[str]
+    ) -> tuple[FloatArray, IntArray] | None:
+        """Return an array that always has the present positions, and the indices of some of them.
+
+        Args:
+            models: models whose poses (position, orientation x, y, z, w) are wanted.
+            jointed: models whose joints are wanted after these, as :meth:`joint_positions` returns them.
+
+        Returns:
+            None if no such array has all of them; then :meth:`model_pose` has to be used.
+        """
+        return None
 
     def read_motion(self, model: str, row: FloatArray) -> None:
         """Write position, orientation (x, y, z, w), linear and angular velocity, shape ``(13,)``."""

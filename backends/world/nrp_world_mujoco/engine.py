@@ -338,6 +338,15 @@ class MujocoEngine(JointedEngine):
         motion = self._motions[model]
         return motion.pose() if isinstance(motion, Floating) else motion().pose
 
+    def position_places(
+        self, models: Sequence[str], jointed: Sequence[str]
+    ) -> tuple[FloatArray, IntArray] | None:
+        bases, joints = [self._motions[name] for name in models], [self._joints[name] for name in jointed]
+        poses = [base.places for base in bases if isinstance(base, Floating)]
+        if len(poses) < len(bases) or any(one.has_balls for one in joints):
+            return None
+        return self._positions, np.concatenate([np.empty(0, int), *poses, *(one.indices for one in joints)])
+
     def read_motion(self, model: str, row: FloatArray) -> None:
         motion = self._motions[model]
         if isinstance(motion, Floating):

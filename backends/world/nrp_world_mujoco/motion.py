@@ -46,11 +46,13 @@ class Floating:
 
     Attributes:
         position, velocity: its parts of MuJoCo's state, shapes ``(7,)`` and ``(6,)``.
+        places: the indices of its pose in MuJoCo's positions: x, y, z, and the orientation x, y, z, w.
     """
 
     def __init__(self, engine: Any, state: Any, ident: int) -> None:
         joint = engine.body_jntadr[ident]
         position, velocity = engine.jnt_qposadr[joint], engine.jnt_dofadr[joint]
+        self.places = position + np.array([0, 1, 2, 4, 5, 6, 3])
         self.position = state.qpos[position : position + 7]
         self.velocity = state.qvel[velocity : velocity + 6]
 
@@ -168,10 +170,20 @@ class JointReader:
         self._names = tuple(joints)
         self._qpos, self._qvel = state.qpos, state.qvel
         self._forces = state.qfrc_actuator, state.qfrc_applied
-        self._positions = engine.jnt_qposadr[ids].astype(int)
+        self._positions: IntArray = engine.jnt_qposadr[ids].astype(int)
         self._velocities = dofs
         of_balls = engine.jnt_type[ids] == mujoco.mjtJoint.mjJNT_BALL
         self._balls = [(int(first), int(self._positions[first])) for first in np.flatnonzero(of_balls)[::3]]
+
+    @property
+    def indices(self) -> IntArray:
+        """The index of each coordinate among MuJoCo's positions, if no joint is a ball."""
+        return self._positions
+
+    @property
+    def has_balls(self) -> bool:
+        """Whether a joint is a ball, whose position is computed from four numbers."""
+        return bool(self._balls)
 
     @property
     def places(self) -> tuple[IntArray, IntArray]:

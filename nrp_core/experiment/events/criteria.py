@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
 from typing import Any, final
 
 from nrp_core.clock import seconds
 from nrp_core.experiment.events.events import Times
+from nrp_core.experiment.events.lanes import ALONE, NEVER, Lane, LaneKind
 from nrp_core.experiment.events.sentences import (
     near_sentence,
     observed_sentence,
@@ -142,6 +144,38 @@ class Judge(ABC):
         self._passed, self._decided_ns, self._reason = passed, now_ns, reason
         self._is_over = True
 
+    # -- in many copies at once; see Lane
+
+    @property
+    def sentence(self) -> Sentence:
+        """The observable and the condition."""
+        return self._sentence
+
+    def lane_kind(self, moving: Sequence[str]) -> LaneKind | None:
+        """Return how arrays can evaluate it, given the names of the models that move; None: they cannot."""
+        return None
+
+    @final
+    def lane(self, times: Times) -> Lane:
+        """Return its present state."""
+        if self._is_over:
+            return Lane(NEVER)
+        if self._began_ns is None:
+            begins_ns = start_or_event_ns(self._begins, times)
+            return Lane(NEVER if begins_ns is None else begins_ns)
+        return self._open_lane(self._began_ns, times)
+
+    def _open_lane(self, began_ns: int, times: Times) -> Lane:
+        return ALONE
+
+    def settle(self, numbers: Sequence[float], value: float | None) -> None:
+        """Set the state that its lane has reached, and the last value."""
+        self._sentence.value = value
+        self._settle(*numbers)
+
+    def _settle(self, first: float, second: float, third: float) -> None:
+        """Set the numbers of :class:`Lane`."""
+
     @abstractmethod
     def _degree(self) -> float | None:
         """Return how nearly the criterion is met so far; None before its first step."""
@@ -197,9 +231,7 @@ class Once(Judge):
         return 0.0 if whole <= 0 or whole == inf else max(0.0, min(1.0, (whole - self._least_gap) / whole))
 
     def _evaluate(self, now_ns: int, began_ns: int, times: Times) -> None:
-        until_ns = (
-            began_ns + self._time_ns if self._time_ns is not None else start_or_event_ns(self._by, times)
-        )
+        until_ns = self._until_ns(began_ns, times)
         if until_ns is not None and now_ns > until_ns:
             self._decide(False, now_ns, self._too_late(seconds(until_ns - began_ns)))
             return
@@ -210,6 +242,9 @@ class Once(Judge):
             proves_nothing = self._since_ns == began_ns == 0 and not self._lasting_ns
             remark = "; it holds at the start, so it proves nothing" if proves_nothing else ""
             self._decide(True, now_ns, self._reached(seconds(self._since_ns - began_ns)) + remark)
+
+    def _until_ns(self, began_ns: int, times: Times) -> int | None:
+        return began_ns + self._time_ns if self._time_ns is not None else start_or_event_ns(self._by, times)
 
     def _note_gap(self) -> None:
         value = self._sentence.value
@@ -242,6 +277,19 @@ class Once(Judge):
 
 class ComesNear(Once):
     """A model comes near a target in time."""
+
+    def lane_kind(self, moving: Sequence[str]) -> LaneKind | None:
+        return LaneKind.of(self._sentence, moving)
+
+    def _open_lane(self, began_ns: int, times: Times) -> Lane:
+        if self._least_gap is None or self._distance is None or self._since_ns is not None:
+            return ALONE
+        until_ns = self._until_ns(began_ns, times)
+        numbers = self._least_gap, self._distance, 0.0
+        return Lane(NEVER if until_ns is None else until_ns + 1, True, numbers)
+
+    def _settle(self, first: float, second: float, third: float) -> None:
+        self._least_gap, self._distance = first, second
 
     def _reached(self, after_s: float) -> str:
         return f"{length_text(self._sentence.value)} after {after_s:g} s"
@@ -279,6 +327,19 @@ class Always(Judge):
         if not self._steps:
             return None if self._passed is None else 0.0
         return self._held / self._steps
+
+    def lane_kind(self, moving: Sequence[str]) -> LaneKind | None:
+        return LaneKind.of(self._sentence, moving, counts=True, may_be_silent=self._may_be_silent)
+
+    def _open_lane(self, began_ns: int, times: Times) -> Lane:
+        until_ns = start_or_event_ns(self._until, times)
+        numbers = self._steps, self._held, self._distance or 0.0
+        return Lane(NEVER if until_ns is None else until_ns, True, numbers, decides=self._passed is None)
+
+    def _settle(self, first: float, second: float, third: float) -> None:
+        if self._limit is not None and self._passed is None and first > self._steps:
+            self._distance = third
+        self._steps, self._held = int(first), int(second)
 
     def _evaluate(self, now_ns: int, began_ns: int, times: Times) -> None:
         until_ns = start_or_event_ns(self._until, times)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
 from nrp_core.errors import TopicError, did_you_mean
+from nrp_core.experiment.events.lanes import ALONE, NEVER, Lane, LaneKind
 from nrp_core.experiment.events.sentences import near_sentence, observed_sentence, topic_sentence
 from nrp_core.experiment.model.event_schema import Event, Publish, When
 from nrp_core.messages.base import type_name
@@ -38,8 +39,17 @@ def trigger(event: Event, around: Surroundings) -> Condition:
     """
     if event.when is not None:
         return AllOf(event.when, around)
-    due_ns = event.at or 0
-    return lambda now_ns, _times: now_ns >= due_ns
+    return At(event.at or 0)
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class At:
+    """The condition of an event at a time, ns."""
+
+    due_ns: int
+
+    def __call__(self, now_ns: int, times: Times) -> bool:
+        return now_ns >= self.due_ns
 
 
 class AllOf:
@@ -56,6 +66,21 @@ class AllOf:
         if when.observable is not None:
             self._sentences.append(observed_sentence(when, around))
         self.hears = any(sentence.hears for sentence in self._sentences)
+
+    @property
+    def sentence(self) -> Sentence | None:
+        """Its only observable with a condition, if it is one of positions."""
+        return self._sentences[0] if len(self._sentences) == 1 and not self.hears else None
+
+    def lane(self, now_ns: int, times: Times) -> Lane:
+        """Return its present state for arrays; see :class:`Lane`."""
+        if self._event is not None:
+            if self._event not in times:
+                return Lane(NEVER)
+            begins_ns = times[self._event] + self._after_ns
+            if now_ns < begins_ns:
+                return Lane(begins_ns)
+        return ALONE if self.sentence is None else Lane(NEVER, is_open=True)
 
     def __call__(self, now_ns: int, times: Times) -> bool:
         self._waits = self._event is not None and self._event not in times
@@ -208,6 +233,21 @@ class Events:
     def names(self) -> list[str]:
         """Names of all events, in the order in which they were added."""
         return list(self._all)
+
+    def lane_kinds(self, moving: Sequence[str]) -> list[LaneKind | None]:
+        """Return how arrays can evaluate each condition, given the names of the models that move."""
+        sentences = [one.sentence if isinstance(one, AllOf) else None for one, _ in self._all.values()]
+        return [None if one is None else LaneKind.of(one, moving) for one in sentences]
+
+    def lanes(self, now_ns: int) -> Iterator[tuple[Lane, Sentence | None]]:
+        """Yield the present state of each event, and its condition."""
+        for name, (condition, _) in self._all.items():
+            if name in self._times:
+                yield Lane(NEVER), None
+            elif isinstance(condition, AllOf):
+                yield condition.lane(now_ns, self._times), condition.sentence
+            else:
+                yield Lane(condition.due_ns) if isinstance(condition, At) else ALONE, None
 
     @property
     def times(self) -> Times:

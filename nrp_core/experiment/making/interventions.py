@@ -14,7 +14,7 @@ from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.clock import milliseconds
 from nrp_core.errors import CapabilityError, NetworkError, NeuronSelectionError
-from nrp_core.experiment.events.events import Action, Events, Times
+from nrp_core.experiment.events.events import Action, At, Events, Times
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.variant_schema import ActivateSection
@@ -137,7 +137,7 @@ class Interventions:
             elif change is not None and intervention.at > 0:
                 action = partial(_apply, change, brain)
                 self._actions[name] = action
-                events.add(name, partial(_is_due, intervention.at), (action,))
+                events.add(name, At(intervention.at), (action,))
 
     def reset(self, times: Times) -> None:
         """Apply the changes of past events again to a brain that was reset alone."""
@@ -181,10 +181,6 @@ def _are_equal(network: Network, other: Network) -> bool:
         )
         for one, two in zip(network.projections, other.projections, strict=True)
     )
-
-
-def _is_due(at_ns: int, now_ns: int, _times: Times) -> bool:
-    return now_ns >= at_ns
 
 
 def _require_lasting(network: Network, affected: Container[str], name: str) -> None:

@@ -9,7 +9,8 @@ from typing import Any
 from nrp_core.cle.wiring import declare_unserved
 from nrp_core.dsl.functions import TransferFunction
 from nrp_core.experiment.events.criteria import Judge, Verdict, judge_of
-from nrp_core.experiment.events.events import Action, Events, action_of, trigger
+from nrp_core.experiment.events.events import Action, AllOf, Events, action_of, trigger
+from nrp_core.experiment.events.lanes import Column, LaneKind
 from nrp_core.experiment.making.maker import maker_of
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
@@ -127,10 +128,66 @@ class Watch:
                 world.set_unit(topic_of(name), self.observables[name].unit)
         self._published = {name: world.advertise(topic_of(name)) for name in self.observables}
         self._values: dict[str, Any] = {}
+        self._lent: tuple[Sequence[Column], int] | None = None
+        self._receiving: list[AllOf | Judge] = []
         self._unspoilt = self._states()
+
+    # -- in many copies at once; see Lane
+
+    def lane_kinds(self) -> tuple[LaneKind | None, ...]:
+        """Return how arrays can evaluate each event and criterion; None: they cannot."""
+        moving = self.where.moving
+        judges = [judge.lane_kind(moving) for judge in self._judges.values()]
+        return (*self.events.lane_kinds(moving), *judges)
+
+    def lend(self, columns: Sequence[Column], row: int, now_ns: int) -> None:
+        """Write the present states of events and criteria into a row of arrays, which count on from there."""
+        judges = [(judge.lane(self.events.times), judge.sentence) for judge in self._judges.values()]
+        for column, (lane, sentence) in zip(columns, (*self.events.lanes(now_ns), *judges), strict=True):
+            column.enter(row, lane, sentence)
+        self._lent = columns[len(columns) - len(judges) :], row
+        opened = [
+            judge for judge, (lane, _) in zip(self._judges.values(), judges, strict=True) if lane.is_open
+        ]
+        watched: tuple[AllOf | Judge, ...] = (*self.events.waiting, *self._judges.values())
+        self._receiving = [one for one in watched if one.hears and one not in opened]
+
+    def settle(self) -> None:
+        """Set the states of criteria to what the arrays have counted."""
+        if self._lent is not None:
+            columns, row = self._lent
+            for column, judge in zip(columns, self._judges.values(), strict=True):
+                if state := column.state(row):
+                    judge.settle(*state)
+
+    @property
+    def is_lent(self) -> bool:
+        """Whether arrays have the present states."""
+        return self._lent is not None
+
+    @property
+    def has_looked(self) -> bool:
+        """Whether it has looked at bodies between the last two steps."""
+        return self._between.has_looked
+
+    def take_back(self) -> None:
+        """Continue without arrays."""
+        self.settle()
+        self._lent = None
+
+    def pass_quietly(self, now_ns: int) -> None:
+        """Process a time at which arrays have evaluated all events and criteria."""
+        self._between.rest()
+        for each in self._receiving:
+            each.news()
+        if self.observables:
+            self._measure(now_ns)
+
+    # -- alone
 
     def reset(self) -> None:
         """Reset to time 0."""
+        self._lent = None
         self.where.refresh()
         self._between.plan(0, ())
         self.events.reset()
@@ -138,6 +195,7 @@ class Watch:
 
     def save(self) -> Any:
         """Return the past events and the state of the criteria and observables."""
+        self.settle()
         return self.events.save(), self._states()
 
     def _states(self) -> dict[str, dict[str, Any]]:
@@ -157,6 +215,7 @@ class Watch:
 
     def restore(self, saved: Any) -> None:
         """Restore a state from :meth:`save`, for the same experiment, in a world that was restored."""
+        self._lent = None
         self.where.refresh()
         events, states = saved
         self.events.restore(events)
@@ -165,6 +224,7 @@ class Watch:
 
     def evaluate(self, now_ns: int) -> None:
         """Process the time that the world has reached; called once for each time."""
+        self.take_back()
         self.where.refresh()
         judges, times = self._judges.values(), self.events.times
         for moment_ns, changed in self._between.moments(now_ns, (*self.events.waiting, *judges)):
@@ -198,6 +258,7 @@ class Watch:
             end_ns: the time reached, if the run is over: the criteria are decided as they stand then. A run
                 that continues is not affected.
         """
+        self.settle()
         return {name: judge.outcome_at(end_ns) for name, judge in self._judges.items()}
 
     def passed(self) -> dict[str, bool | None]:

@@ -7,7 +7,7 @@ import re
 import struct
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from math import isfinite
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
@@ -66,6 +66,10 @@ class FallWatch:
                     f"{poses[name].position[2]:.2f} m at {seconds(now_ns):g} s"
                 )
                 self._fallen[name] = Finding(Code.NRP292, message, Level.WARNING, subject=name)
+
+    def limits_m(self, models: Iterable[str]) -> list[float]:
+        """Return the heights below which models have fallen; minus infinity for one that cannot."""
+        return [self._limits_m.get(name, -inf) for name in models]
 
     def findings(self) -> list[Finding]:
         """Return a finding for each robot that has fallen."""
@@ -169,6 +173,23 @@ def synapses_from(network: Network) -> IntArray:
     return found
 
 
+@dataclass(frozen=True, slots=True)
+class Trail:
+    """Where an engine has the numbers of the digest of a trajectory.
+
+    Args:
+        scene: the scene for which this is valid.
+        positions: an array in which the engine keeps positions.
+        places: their indices: the pose of each model that moves, then the positions of all joints.
+        kind: the number of models that move, and of the joints.
+    """
+
+    scene: Scene
+    positions: FloatArray
+    places: IntArray
+    kind: tuple[int, bytes]
+
+
 class Observation:
     """Observes a run once for each time.
 
@@ -182,9 +203,19 @@ class Observation:
         watch: the events and criteria of the experiment.
         falls: reports robots that fall.
         digest: the digest of the trajectories of all models so far.
+        engine: the engine of the world.
+        period_ns: one step of the loop.
+        trail: the numbers of the trajectories, while arrays evaluate the events and criteria.
+        table: the arrays; see :class:`~nrp_core.experiment.running.many_observations.ManyObservations`.
+        alone_for: number of further steps without arrays.
     """
 
+    trail: Trail | None = None
+    table: Any = None
+    alone_for = 0
+
     def __init__(self, experiment: Experiment, scene: Scene, world: World, collector: Collector) -> None:
+        self.engine, self.period_ns = world.engine, experiment.timestep
         self.watch = Watch(experiment, world, collector)
         self._robots, self._world = experiment.world.robots, world
         self._scene: Scene | None = None
@@ -242,6 +273,35 @@ class Observation:
                 joints.append(engine.joint_positions(name))  # noqa: PERF401  as above
         return seen, joints
 
+    # -- in many copies at once
+
+    def waits_alone(self) -> bool:
+        """Return whether it evaluates this step without arrays; called once for each."""
+        self.alone_for = max(0, self.alone_for - 1)
+        return self.alone_for > 0 or self._looked_at_ns is None
+
+    def find_trail(self) -> Trail | None:
+        """Find where the engine has the numbers of the trajectories; None: it does not tell."""
+        self._state()
+        places = self.engine.position_places(self._moving, self._jointed)
+        self.trail = None
+        if places is not None:
+            positions, indices = places
+            self.trail = Trail(self.engine.scene, positions, indices, (len(self._moving), indices.tobytes()))
+        return self.trail
+
+    def pass_quietly(self, trajectory: bytes, poses: FloatArray) -> None:
+        """Process a time at which nothing happens.
+
+        Args:
+            trajectory: the numbers of the digest.
+            poses: those of the models that move, shape ``(models, 7)``.
+        """
+        self._looked_at_ns = now_ns = self.engine.now_ns
+        self.digest.add_bytes(trajectory)
+        self.watch.where.set_numbers(poses)
+        self.watch.pass_quietly(now_ns)
+
     def _has_joints(self, model: Model) -> bool:
         """Return whether a model has joints that move, and the engine reports them."""
         if model.static or model.name not in self.watch.where:
@@ -287,6 +347,10 @@ class TrajectoryDigest:
         for each in joints:
             state.update(np.ascontiguousarray(each, "<f8").data)
         self.state = state.digest()
+
+    def add_bytes(self, numbers: bytes) -> None:
+        """Add the same numbers as bytes."""
+        self.state = hashlib.blake2b(self.state + numbers, digest_size=16).digest()
 
     def hexdigest(self) -> str:
         """Return the digest so far."""

@@ -48,6 +48,7 @@ from nrp_core.experiment.making.watch import declare_missing_topics, declare_own
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Build, Experiment
 from nrp_core.experiment.running.lost_messages import CommandsWithoutReceiver, LostMessages, SilentTopics
+from nrp_core.experiment.running.many_observations import ManyObservations
 from nrp_core.experiment.running.observation import Observation
 from nrp_core.experiment.running.observers import Participant, RunObserver, StepObserver
 from nrp_core.experiment.running.picture import Picture, image_of
@@ -182,6 +183,7 @@ class Run(Overview, Closing):
             pacing=pacing_of(self.experiment.pace),
         )
         loop.hooks.before_step.append(self._observation.evaluate)
+        loop.hooks.together.append((ManyObservations, self._observation))
         loop.hooks.after_step.extend((self._observation.evaluate, self._after_step))
         loop.hooks.after_reset.append(self._after_reset)
         return loop

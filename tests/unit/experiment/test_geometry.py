@@ -3,13 +3,14 @@
 from math import cos, hypot, inf, pi, sin
 from pathlib import Path
 
+import numpy as np
 import pytest
 from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.errors import CapabilityError
-from nrp_core.observables.positions import Footprint, convex_hull
+from nrp_core.observables.positions import Footprint, convex_hull, distances
 from nrp_core.scene.model import Box, Capsule, Cylinder, Mesh, Plane, Sphere
 from nrp_core.scene.rigid import Pose
 
@@ -117,3 +118,18 @@ def test_a_box_on_its_edge_covers_its_diagonal() -> None:
     half = hypot(1, 1)
     assert footprint.distance((0.0, half + 1)) == pytest.approx(1.0)
     assert footprint.distance((cos(0.3), sin(0.3))) == 0.0
+
+
+@given(st.lists(st.tuples(points, points), min_size=1, max_size=5), solids, poses)
+def test_distances_of_many_points_have_the_same_bits_as_each_alone(
+    given: list[tuple[tuple[float, float], tuple[float, float]]], geometry: Box, pose: Pose
+) -> None:
+    for footprints in (
+        [Footprint.of(geometry, pose)] * len(given),
+        [Footprint((place,)) for _, place in given],
+    ):
+        corners = np.array([footprint.corners for footprint in footprints])
+        radii = np.array([footprint.radius for footprint in footprints])
+        found = distances(corners, radii, np.array([point for point, _ in given]))
+        alone = [footprint.distance(point) for footprint, (point, _) in zip(footprints, given, strict=True)]
+        assert found.tolist() == alone

@@ -1,6 +1,6 @@
 """A copy of an experiment is, bit for bit, the run alone with its seed."""
 
-import pickle
+import gc
 from contextlib import ExitStack
 
 import numpy as np
@@ -31,14 +31,14 @@ def path(run):
 
 
 def alone(name, overrides, seed):
-    """Return the spikes and paths of a run, and the state of its functions at the end."""
+    """Return the spikes and paths of a run, and its state at the end."""
     with Run(load_experiment(name, overrides)) as run:
         port = recorder(run, seed)
         paths = []
         for _ in range(STEPS):
             run.step()
             paths.append(path(run))
-        return port.spikes(), paths, pickle.dumps(run.loop.save())
+        return port.spikes(), paths, run.snapshot()
 
 
 @pytest.mark.one_of(6)
@@ -73,7 +73,53 @@ def test_a_copy_equals_its_run_alone(name, overrides, threads):
         assert np.array_equal(port.spikes().neurons, spikes.neurons)
         assert np.array_equal(port.spikes().times_ms, spikes.times_ms)
         assert passed == path_alone
-        assert pickle.dumps(run.loop.save()) == state
+        assert run.snapshot() == state
+    for run in runs[::-1]:
+        run.close()
+
+
+OF_HUSKY = """
+events.left_red.at=100 ms
+events.left_red.publish={topic: /screens/left/color, value: red}
+events.right_red.when.near={visual: null, point: [-0.02, 0], within: 5 cm}
+events.all_blue.when={near: null, event: left_red, after: 300 ms}
+criteria.turns_on_the_spot.stays_within.during.until=left_red
+criteria.reaches_left.within_of.time=200 ms
+criteria.moves={near: {model: husky, point: [-0.02, 0], within: 5 cm}}
+criteria.stays={stays_within: {model: husky, distance: 2 cm}}
+criteria.is_near={observable: {distance: [husky, right_vr_screen]}, above: 1 m, during: {until: all_blue}}
+observables.way={displacement: husky}
+"""
+OF_SLALOM = """
+criteria.touches_nothing={topic_stays: {name: /pioneer/clearance, above: 1.9, during: {since: 100 ms}}}
+criteria.later={topic_stays: {name: /pioneer/clearance, below: 1.7, during: {since: 300 ms, until: 400 ms}}}
+criteria.goes_on={stays_within: {model: pioneer, distance: 20 cm, during: {since: 60 ms}}}
+"""
+
+
+@pytest.mark.parametrize(("name", "lines"), [("braitenberg_husky", OF_HUSKY), ("slalom_pioneer", OF_SLALOM)])
+def test_events_and_criteria_of_copies_happen_as_in_their_runs_alone(name, lines):
+    overrides = [SMALL, *lines.split("\n")[1:-1]] if name == "braitenberg_husky" else lines.split("\n")[1:-1]
+    runs = opened(name, overrides)
+    for run, seed in zip(runs, SEEDS, strict=True):
+        run.loop.reset(seed=seed)
+    passed: list[list[object]] = [[] for _ in runs]
+    with SideBySide() as together:
+        for step in range(STEPS):
+            assert together.step([run.loop for run in runs]) == {}
+            for run, seen in zip(runs, passed, strict=True):
+                seen.append(
+                    (run.passed(), run.events, run.observables, run.outcomes() if step % 7 == 0 else None)
+                )
+    for number, seed in enumerate(SEEDS):
+        with Run(load_experiment(name, overrides)) as run:
+            run.loop.reset(seed=seed)
+            for step in range(STEPS):
+                run.step()
+                outcomes = run.outcomes() if step % 7 == 0 else None
+                assert passed[number][step] == (run.passed(), run.events, run.observables, outcomes)
+            assert runs[number].snapshot() == run.snapshot()
+            assert {*run.passed().values()} >= {True, False}
     for run in runs[::-1]:
         run.close()
 
@@ -94,6 +140,27 @@ def test_each_of_a_thousand_copies_equals_its_run_alone(threads):
             for _ in range(steps):
                 alone_run.step()
             assert run.snapshot() == alone_run.snapshot()
+
+
+def test_the_end_of_some_copies_unfreezes_no_objects_of_others():
+    gc.unfreeze()
+    runs = opened("slalom_pioneer", [])
+    loops = [run.loop for run in runs]
+    with SideBySide() as first, SideBySide() as second:
+        first.step(loops)
+        second.step(loops)
+        first.close()
+        assert gc.get_freeze_count() > 0
+    assert gc.get_freeze_count() == 0
+    gc.freeze()
+    try:
+        with SideBySide() as own:
+            own.step(loops)
+        assert gc.get_freeze_count() > 0
+    finally:
+        gc.unfreeze()
+    for run in runs[::-1]:
+        run.close()
 
 
 FUNCTIONS = """
@@ -159,8 +226,9 @@ def test_copies_at_different_times_equal_their_runs_alone(name):
                 runs[1].loop.reset(seed=SEEDS[1])
             chosen = runs[:2] if step == 20 else runs
             assert together.step([run.loop for run in chosen]) == {}
-    _, paths, state = alone(name, [SMALL] if "husky" in name else [], SEEDS[1])
-    assert path(runs[1]) == paths[-1]
-    assert pickle.dumps(runs[1].loop.save()) == state
+    with Run(load_experiment(name, [SMALL] if "husky" in name else [])) as run:
+        run.loop.reset(seed=SEEDS[1])
+        run.run_until(runs[1].now_s)
+        assert runs[1].snapshot() == run.snapshot()
     for run in runs[::-1]:
         run.close()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import inspect
+import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -35,6 +36,7 @@ class SideBySide(Closing):
         self._pool = ThreadPoolExecutor(threads, "copies") if threads > 1 else None
         self._brains = [BrainBatch() for _ in range(threads)]
         self._has_frozen = False
+        self._observing: dict[Any, Any] = {}
 
     def step(self, loops: Sequence[ClosedLoop]) -> dict[int, Exception]:
         """Take one step of each loop; one that fails does not stop the others.
@@ -45,7 +47,7 @@ class SideBySide(Closing):
         if not loops:
             return {}
         if not self._has_frozen:
-            gc.freeze()  # the collector would visit the objects of all copies again and again
+            _frozen.begin()
             self._has_frozen = True
         limit = loops[0].time_limit
         for loop in loops:
@@ -58,8 +60,14 @@ class SideBySide(Closing):
             work = partial(self._advance, loops, failed)
             list((map if self._pool is None else self._pool.map)(work, self._brains, shares))
             waiting = self._each({n: partial(_end, loop) for n, loop in enumerate(loops)}, failed)
-            while waiting:
-                waiting |= self._each(_continuations(waiting, limit), failed)
+            while calling := {n: waits for n, waits in waiting.items() if waits[1][0] is not None}:
+                waiting = {n: waits for n, waits in waiting.items() if n not in calling}
+                going_on = _continuations(calling, limit)
+                waiting |= calling | self._each(going_on, failed)
+            self._observe([loops[n] for n in waiting])
+            self._each(
+                {n: partial(_waits, end, partial(next, end)) for n, (end, _) in waiting.items()}, failed
+            )
         for number in failed:
             loops[number].is_stepping = False
         return dict(sorted(failed.items()))
@@ -80,10 +88,22 @@ class SideBySide(Closing):
         each_ns = (time.perf_counter_ns() - began) // max(1, len(chosen))
         self._each({n: partial(loops[n].advance_world, each_ns) for n in share}, failed)
 
+    def _observe(self, loops: Sequence[ClosedLoop]) -> None:
+        """Call the observers of several loops that can observe them at once."""
+        observers: dict[Any, list[Any]] = {}
+        for loop in loops:
+            for make, observer in loop.hooks.together:
+                observers.setdefault(make, []).append(observer)
+        for make, each in observers.items():
+            if make not in self._observing:
+                self._observing[make] = make()
+            self._observing[make].evaluate(each)
+
     def close(self) -> None:
         """End the threads."""
         if self._has_frozen:
-            gc.unfreeze()
+            _frozen.end()
+            self._has_frozen = False
         if self._pool is not None:
             self._pool.shutdown()
 
@@ -104,6 +124,33 @@ class SideBySide(Closing):
                 except Exception as error:  # noqa: BLE001 - the caller decides about each loop
                     failed[number] = error
         return waiting
+
+
+class _FrozenObjects:
+    """Objects that the garbage collector leaves out: it would visit those of all copies again and again."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._users = 0
+        self._is_shared = False
+
+    def begin(self) -> None:
+        """Freeze all objects that exist."""
+        with self._lock:
+            if not self._users:
+                self._is_shared = gc.get_freeze_count() > 0  # the program itself has frozen objects
+            self._users += 1
+            gc.freeze()
+
+    def end(self) -> None:
+        """Return the objects to the collector, unless others need them to stay frozen."""
+        with self._lock:
+            self._users -= 1
+            if not self._users and not self._is_shared:
+                gc.unfreeze()
+
+
+_frozen = _FrozenObjects()
 
 
 def _end(loop: ClosedLoop) -> Waiting | None:
@@ -144,4 +191,5 @@ def _continuations(
 def _kind(waits: Waiting) -> tuple[str, Any]:
     """Return the name and the code of the function that is called; one copy may have other code."""
     function = waits[1][0]
+    assert function is not None
     return function.name, inspect.unwrap(function.function).__code__
