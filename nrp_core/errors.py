@@ -264,7 +264,7 @@ def did_you_mean(name: object, valid: Iterable[str], *, cutoff: float = 0.6) -> 
         return Hint(f"; did you mean '{close[0]}'?", Instead(text, close[0]))
     if len(names) > _MOST_NAMES:
         like = difflib.get_close_matches(text, names, n=_NEAREST, cutoff=0.0)
-        return Hint(f"; valid: {', '.join(like)} and {len(names) - len(like)} more")
+        return Hint(f"; valid: {', '.join(sorted(like))} and {len(names) - len(like)} more")
     return Hint(f"; valid: {', '.join(names)}" if names else "; there are none")
 
 
