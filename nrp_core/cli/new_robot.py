@@ -1,4 +1,4 @@
-"""The parts of an experiment with the user's robot: wheels or joints, and the height above the ground."""
+"""The parts of an experiment with the user's robot: drive, wheels or joints, and its height at the start."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from nrp_core.errors import ExperimentError
 from nrp_core.scene.model import Cylinder, Joint, Link, Model, Sphere
 from nrp_core.scene.reading.context import read_without
 from nrp_core.scene.rigid import Pose
-from nrp_core.scene.sdf import read_scene
+from nrp_core.scene.sdf import read_model
 from nrp_core.scene.tessellation import box_around
 
 SPEED_M_S = 0.3
 """Speed of a wheel on the ground while its neuron fires at 50 Hz."""
-_MAX_JOINTS, _SWING_RAD, _RADIUS_M = 12, 0.4, 0.1
+_MAX_JOINTS, _SWING_RAD, _RADIUS_M, _SEPARATION_M = 12, 0.4, 0.1, 0.5
 _LEVEL = 0.7
 """Minimum share of the axis of a wheel that points along y, to the side."""
 _NAME = re.compile(r"[\w .:/+-]+")
@@ -53,34 +53,42 @@ def robot_values(file: Path) -> Mapping[str, Any]:
         ExperimentError: the file has no robot that moves, one without joints to command, or a name that
             cannot stand in code.
     """
-    read = partial(read_scene, file, lenient=True)
-    scene, _ = read_without(lambda without: read(without=without))
-    moving = [model for model in scene.models if not model.static]
-    if len(moving) != 1:
-        raise ExperimentError(f"a file with one robot is needed, and this one has {len(moving)}", path=file)
-    (model,) = moving
+    read = partial(read_model, file, name="robot", lenient=True)
+    model, _ = read_without(lambda without: read(without=without))
+    if model.static:
+        raise ExperimentError("a robot that moves is needed, and this one is static", path=file)
     links = {link.name: link for link in model.links}
-    free = [joint for joint in model.joints if joint.takes_commands and joint.mimic is None]
+    drive = next((one for one in model.drives if "linear.x" in getattr(one, "components", ())), None)
+    moved = {joint for one in model.drives for joint in one.joints}
+    joints = [one for one in model.joints if one.takes_commands and one.mimic is None]
+    free = [joint for joint in joints if joint.name not in moved]
     carrying = {joint.parent for joint in free}
     wheels = [joint for joint in free if _is_wheel(joint) and joint.child not in carrying]
-    wheels = wheels if len(wheels) > 1 else []  # one alone may be the wrist of an arm
-    driven = list(_wheels(wheels, links) if wheels else _swinging(free[:_MAX_JOINTS]))
-    if not driven:
+    wheels = wheels if len(wheels) > 1 and drive is None else []  # one alone may be the wrist of an arm
+    is_wheeled = drive is not None or bool(wheels)
+    swinging = [] if is_wheeled else free[:_MAX_JOINTS]
+    driven = [*_wheels(wheels, links), *_swinging(swinging)]
+    if not driven and drive is None:
         raise ExperimentError("this robot has no joint that takes commands", path=file)
+    held = [joint.name for joint in free if is_wheeled and isfinite(joint.upper - joint.lower)]
     children = {joint.child for joint in model.joints}
     base = next((link for link in model.links if link.name not in children), model.links[0])
-    for name in (base.name, *(joint.name for joint in driven)):
+    for name in (base.name, *(joint.name for joint in driven), drive.command_topic if drive else "/"):
         if not _NAME.fullmatch(name):
             raise ExperimentError(
-                f"the link or joint {name!r} needs a name of letters, digits, spaces and '_.:/+-' alone",
+                f"the link, joint or topic {name!r} needs a name of letters, digits, spaces and '_.:/+-'",
                 path=file,
             )
     low_m, high_m = _extent_m(model)
     return {
         "model": str(file.resolve()), "driven": driven, "mode": "velocity" if wheels else "position",
-        "height": round(0.01 - low_m, 4), "base": base.name,
-        "lidar": round(high_m - base.pose.position[2] + 0.05, 4), "is_wheeled": bool(wheels),
-        "first": driven[0].name, "unit": "m/s" if free[0].kind == "prismatic" else "rad/s",
+        "held": [name for name in held if _NAME.fullmatch(name)],
+        "height": round(0.01 - low_m, 4), "base": base.name, "is_wheeled": is_wheeled,
+        "lidar": round(high_m - base.pose.position[2] + 0.05, 4),
+        "first": driven[0].name if driven else "",
+        "unit": "m/s" if driven and free[0].kind == "prismatic" else "rad/s",
+        "twist": drive.command_topic if drive else "", "speed": SPEED_M_S / 50.0,
+        "turn": round(SPEED_M_S / 50.0 / getattr(drive, "separation", _SEPARATION_M), 5),
     }  # fmt: skip
 
 
@@ -96,7 +104,7 @@ def _axis(joint: Joint) -> FloatArray:
 
 
 def _wheels(wheels: list[Joint], links: Mapping[str, Link]) -> Iterator[Driven]:
-    middle = float(np.mean([joint.pose.position[1] for joint in wheels]))
+    middle = sum(joint.pose.position[1] for joint in wheels) / max(len(wheels), 1)
     for joint in wheels:
         shapes = [one.geometry for one in links[joint.child].collisions]
         radii = [shape.radius for shape in shapes if isinstance(shape, Cylinder | Sphere)]

@@ -188,6 +188,25 @@ def test_a_robot_becomes_an_experiment_that_moves_it(nrp, tmp_path: Path, monkey
         assert run.result().spikes["sides"] > 5
 
 
+DRIVE = """<gazebo><plugin name="drive" filename="libgazebo_ros_diff_drive.so">
+  <leftJoint>left_joint</leftJoint><rightJoint>right_joint</rightJoint>
+  <wheelSeparation>0.4</wheelSeparation><wheelDiameter>0.2</wheelDiameter><legacyMode>false</legacyMode></plugin></gazebo></robot>"""
+
+
+def test_a_robot_with_a_drive_is_driven_by_it_and_its_arm_is_held(nrp, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    sides = (("left", 0.2), ("right", -0.2))
+    wheels = "".join(WHEEL.format(name=name, y=y, axis=1, kind="continuous") for name, y in sides)
+    arm = WHEEL.format(name="arm", y=0.0, axis=1, kind="revolute")
+    Path("cart.urdf").write_text(CART.format(wheels=wheels + arm).replace("</robot>", DRIVE))
+    assert nrp("new", "experiment", "tour", "--from", "cart.urdf").code == 0
+    experiment = load_experiment(Path("tour"))
+    assert experiment.world.robots["robot"].control.keys() == {"arm_joint"}
+    with Run(experiment) as run:
+        run.run_until(2.0)
+        assert run.result().passed
+
+
 @pytest.mark.parametrize("kind", ["continuous", "revolute"])
 @pytest.mark.parametrize(
     "name", ["a&quot;, Float64)) if not print(1) else 0 #", "a'b", "a&#10;b", "a\\", "{{ name }}", "[a, b]"]
