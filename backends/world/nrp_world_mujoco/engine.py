@@ -130,6 +130,7 @@ class MujocoEngine(JointedEngine):
         self._moment: object = object()
         self._placed: object = None
         self._rated: object = None
+        self._seen: tuple[FloatArray | None, FloatArray | None] = (None, None)
         self._drives = {path: self._drive_of(path) for path in self._built.drives}
         self._joints = {
             name: JointReader(self._model, self._state, joints) for name, joints in self._built.joints.items()
@@ -218,6 +219,7 @@ class MujocoEngine(JointedEngine):
             row.begin(self._model, work.data)
         self._take(work.data, steps)
         self._taken, self._pushes, self._moment = steps, None, object()
+        self._seen = None, None
         if row is not None:
             row.store(self._model, work.data)
             work.loaded, work.placed, work.rated = self._moment, None, None
@@ -248,7 +250,7 @@ class MujocoEngine(JointedEngine):
         """
         if self._row is not None and self._work is self._shared:
             self._work = Workspace(self._model)
-            data, placed, rated = self._work.data, self._placed, self._rated
+            data, (placed, rated) = self._work.data, self._seen
             if self._taken:
                 mujoco.mj_setState(self._model, data, self._row.before, COMPLETE)
                 gains = self._model.actuator_biasprm.copy()
@@ -258,10 +260,17 @@ class MujocoEngine(JointedEngine):
                 if self._built.servos:
                     self._model.actuator_biasprm[:] = gains
                 self._work.mute()
+            if rated is not None:
+                mujoco.mj_setState(self._model, data, rated, COMPLETE)
+                mujoco.mj_kinematics(self._model, data)
+                mujoco.mj_comPos(self._model, data)
+                mujoco.mj_comVel(self._model, data)
+            if placed is not None:
+                mujoco.mj_setState(self._model, data, placed, COMPLETE)
+                mujoco.mj_kinematics(self._model, data)
             self._row.load(self._model, data)
             self._work.loaded = self._moment
-            if placed is self._moment:
-                (self._refresh_rates if rated is self._moment else self._refresh)()
+            self._work.placed, self._work.rated = self._placed, self._rated
         return self._work.data
 
     def _loaded(self) -> Workspace:
@@ -319,7 +328,7 @@ class MujocoEngine(JointedEngine):
         if self._row is None:
             mujoco.mj_resetData(self._model, self._work.data)
         self._begin_row()
-        self._taken = 0
+        self._taken, self._seen = 0, (None, None)
         self._control.release()
         self._put_at_start(self.scene)
         self._continue()
@@ -420,7 +429,7 @@ class MujocoEngine(JointedEngine):
         else:
             self._row.numbers[:] = np.frombuffer(state)
         self._state.qfrc_actuator[:] = np.frombuffer(efforts)
-        self._taken = 0
+        self._taken, self._seen = 0, (None, None)
         self._continue()
         self._control.restore(firm)
 
@@ -440,6 +449,8 @@ class MujocoEngine(JointedEngine):
         if work.placed is not self._moment:
             mujoco.mj_kinematics(self._model, work.data)
             work.placed = self._moment
+        if self._row is not None and self._placed is not self._moment:
+            self._seen = self._row.numbers.copy(), self._seen[1]
         self._placed = self._moment
         return work.data
 
@@ -450,6 +461,8 @@ class MujocoEngine(JointedEngine):
             mujoco.mj_comPos(self._model, data)
             mujoco.mj_comVel(self._model, data)
             work.rated = self._moment
+        if self._rated is not self._moment:
+            self._seen = self._seen[0], self._seen[0]
         self._rated = self._moment
         return data
 

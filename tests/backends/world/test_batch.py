@@ -127,6 +127,28 @@ def test_forces_of_the_last_step_do_not_depend_on_later_gains(backend, read):
         assert felt(alone) == copied
 
 
+@pytest.mark.parametrize("reads_before", [False, True])
+@pytest.mark.parametrize("reads_after", [False, True])
+def test_forces_of_the_last_step_are_those_alone_after_a_model_was_moved(
+    backend, read, reads_before, reads_after
+):
+    scene = Scene((read(HANGING + joint("revolute", axis("0 1 0"))),))
+
+    def felt(world):
+        world.set_joints("robot", {"j": 0.4})
+        world.run_until(2 * STEP_NS)
+        for is_read, position in ((reads_before, 0.8), (reads_after, 1.2)):
+            if is_read:
+                world.link_motion("robot", scene.model("robot").links[-1].name)
+            world.set_joints("robot", {"j": position})
+        return world.engine.joint_wrench("robot", "j")
+
+    with backend.open_batch(scene, seeds=SEEDS[:2], options=backend.options(), threads=0) as batch:
+        copied = felt(batch.worlds[1])
+    with backend.open(scene, seed=SEEDS[1], options=backend.options()) as alone:
+        assert felt(alone) == copied
+
+
 def test_a_copy_that_is_reset_alone_begins_anew_and_the_others_go_on(backend, scene, batch):
     publication = batch.advertise("/husky/cmd_vel")
     publication.publish(commands(0))
