@@ -40,6 +40,10 @@ class Copies:
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
+        (kind, *others) = {*map(type, self._each)}
+        attribute = None if others else getattr(kind, name, None)
+        if attribute is not None and hasattr(attribute, "of_copies"):
+            return attribute.of_copies(self._each)
         return gathered([getattr(one, name) for one in self._each])
 
     def __setattr__(self, name: str, value: Any) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from math import inf
+from operator import attrgetter
 from typing import Any, ClassVar, overload
 
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core._support.arrays import IntArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.brain.devices.sources import SourcePort
 from nrp_core.clock import milliseconds
@@ -34,6 +35,22 @@ class ReadOnlyAttribute:
 
     def __set__(self, device: Device, value: Any) -> None:
         raise AttributeError(f"{device.parameter}.{self.name} is read-only")
+
+
+class FilteredAttribute(ReadOnlyAttribute):
+    """The present output of a filter of spikes; that of many copies is computed at once."""
+
+    def of_copies(self, devices: Sequence[Device]) -> FloatArray:
+        """Return the value of each device."""
+        from nrp_core.brain.devices import membrane_kernel  # imported here since it loads a compiler
+
+        values = np.empty(len(devices))
+        membrane_kernel.voltages_mv(np.array([*map(_place, devices)], np.int64), values)
+        values.flags.writeable = False
+        return values
+
+
+_place = attrgetter("port.place")
 
 
 class SettableAttribute(ReadOnlyAttribute):
@@ -144,7 +161,7 @@ class LeakyIntegratorDevice(Device):
     """A leaky integrator of the spikes of all its neurons."""
 
     __slots__ = ()
-    voltage = ReadOnlyAttribute("Membrane voltage now, mV.")
+    voltage = FilteredAttribute("Membrane voltage now, mV.")
 
     def value_text(self) -> str:
         return f"voltage = {self.voltage:g}"
@@ -154,7 +171,7 @@ class PopulationRateDevice(Device):
     """The smoothed firing rate of all its neurons together."""
 
     __slots__ = ()
-    rate = ReadOnlyAttribute("Sum of the firing rates now, Hz.")
+    rate = FilteredAttribute("Sum of the firing rates now, Hz.")
 
     def value_text(self) -> str:
         return f"rate = {self.rate:g}"

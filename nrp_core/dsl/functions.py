@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from enum import Enum
 from math import isfinite
-from typing import Any, ClassVar, Self, get_args
+from typing import Any, ClassVar, NamedTuple, Self, get_args
 
 from nrp_core.brain.interface import Brain
 from nrp_core.clock import seconds
@@ -99,6 +99,7 @@ class TransferFunction:
 
     Attributes:
         deferring: the parameters with changes that wait for :meth:`deliver`, once bound.
+        publisher: publishes its return value, once bound; None without a topic.
 
     Raises:
         TransferFunctionError: the function has another form.
@@ -228,7 +229,7 @@ class TransferFunction:
     def _connect(self, binding: Binding) -> None:
         for parameter in self.parameters:
             self._adapters[parameter] = self.mappings[parameter].bind(binding)
-        self._publisher = self._publisher_of(binding)
+        self.publisher = self._publisher_of(binding)
         triggering = [self._trigger(name) for name in self.triggers if name != TIME]
         each = triggering if self.calls == "each" else []
         self._called_by = [adapter for adapter in each if isinstance(adapter, SubscribedTopic)]
@@ -337,9 +338,12 @@ class TransferFunction:
         """Apply what a call has changed, and send its return value, as :meth:`run` does."""
         for name, changed in self._committed.items():
             self._finish(name, changed.commit)
-        if result is not None and self._publisher is not None:
+        if result is not None and self.publisher is not None:
             try:
-                self._publisher.send_message(result)
+                if isinstance(result, _Numbers):
+                    self.publisher.send_numbers(result.numbers)
+                else:
+                    self.publisher.send_message(result)
             except TopicError as error:
                 raise self.place.located(error, f"return value of '{self.name}'") from None
 
@@ -429,6 +433,12 @@ class TransferFunction:
         return TriggerError(message, path=self.place.path, line=self.place.line)
 
 
+class _Numbers(NamedTuple):
+    """The numbers that a message consists of, as a result of a call for several copies."""
+
+    numbers: Sequence[float]
+
+
 def call_for_copies(calls: Sequence[tuple[TransferFunction, float]]) -> Sequence[Any]:
     """Call a vectorised function once for several copies.
 
@@ -436,11 +446,14 @@ def call_for_copies(calls: Sequence[tuple[TransferFunction, float]]) -> Sequence
         calls: the function of each copy, prepared, and its time, s.
 
     Returns:
-        The result for each copy.
+        The result for each copy, for :meth:`TransferFunction.complete`.
     """
     functions, times = zip(*calls, strict=True)
     arguments = (Copies(each) for each in zip(*(one.adapters.values() for one in functions), strict=True))
-    return rows_of(functions[0].function(gathered([*times]), *arguments), len(functions))
+    result, n = functions[0].function(gathered([*times]), *arguments), len(functions)
+    publisher = functions[0].publisher
+    rows = None if publisher is None or n == 1 else publisher.rows_in(result, n)
+    return rows_of(result, n) if rows is None else [_Numbers(row) for row in rows]
 
 
 def _runs_when_called(function: Callable[..., Any]) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
 from types import CodeType, TracebackType
 from typing import Any, NamedTuple, TypeVar, final
@@ -25,7 +25,7 @@ from nrp_core.errors import (
     did_you_mean,
 )
 from nrp_core.findings import Code
-from nrp_core.messages.base import type_name
+from nrp_core.messages.base import find_layout, type_name
 from nrp_core.world.topics import Publication, Stamped, TopicInfo
 from nrp_core.world.world import World
 
@@ -377,14 +377,17 @@ class SubscribedTopic(Adapter):
 class PublishedTopic(Adapter):
     """A topic that the function publishes on."""
 
-    __slots__ = ("_process", "_publication", "_wrap")
+    __slots__ = ("_layout", "_process", "_publication", "_wrap")
 
     def __init__(self, world: World, topic: Topic) -> None:
         _require(topic, world)
         self._publication: Publication = world.advertise(topic.name)
         topic.require_type(self._publication.topic)
         self._process = topic.process
-        self._wrap = _wrapper(self._publication.topic.type)
+        info = self._publication.topic
+        self._wrap = _wrapper(info.type)
+        is_plain = self._process is _unchanged and info.limits is None
+        self._layout = find_layout(info.type) if is_plain else None
 
     @property
     def info(self) -> TopicInfo:
@@ -401,6 +404,20 @@ class PublishedTopic(Adapter):
         """
         message = self._process(message)
         self._publication.publish(self._wrap(message) if isinstance(message, _PLAIN) else message)
+
+    def rows_in(self, message: Any, n: int) -> list[list[float]] | None:
+        """Return the numbers in a message of arrays, for :meth:`send_numbers` of ``n`` copies of the topic.
+
+        Returns:
+            None if the messages of the copies must be sent themselves.
+        """
+        if self._layout is None or type(message) is not self._publication.topic.type:
+            return None
+        return self._layout.rows(message, n)
+
+    def send_numbers(self, numbers: Sequence[float]) -> None:
+        """Send a message that consists of these numbers; see :meth:`send_message`."""
+        self._publication.publish_numbers(numbers)
 
 
 _OWN = "; declare a new topic under 'topics', or publish it in one function and read it in another"

@@ -283,6 +283,24 @@ class NumberLayout:
         """Return the message with these numbers, one for each of :attr:`paths`."""
         return self.build(iter(numbers))
 
+    def rows(self, message: Any, n: int) -> list[list[float]] | None:
+        """Return the numbers in each of ``n`` messages, given one message of arrays or of common numbers.
+
+        Returns:
+            None if it has other values, or arrays of another length.
+        """
+        try:
+            read: Any = self._read(message)
+            values = (read,) if len(self.paths) == 1 else read
+            rows = np.empty((n, len(values)))
+            for k, value in enumerate(values):
+                if not isinstance(value, (int, float)) and np.shape(value) != (n,):
+                    return None
+                rows[:, k] = value
+        except (AttributeError, TypeError, ValueError):
+            return None
+        return rows.tolist()
+
     def numbers(self, message: Any) -> list[float]:
         """Return the numbers in a message."""
         read: Any = self._read(message)

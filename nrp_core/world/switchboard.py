@@ -366,6 +366,9 @@ class Switchboard:
     def deliver_numbers(self, name: str, numbers: Sequence[float]) -> bool:
         """Deliver the finite numbers of a message to the parts of its topic, if any."""
         self._owner.require_ready()
+        if self._held is not None and name in self._layouts:
+            self._held.append((name, None, numbers))
+            return True
         alone = not self.observers and self._held is None and name in self._layouts
         parts = self._parts.get(name) if alone else None
         if parts is None:

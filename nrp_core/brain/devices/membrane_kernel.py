@@ -70,6 +70,13 @@ def voltage_mv(membrane: int, t_ms: float) -> float:
     return float(own.settled_mv + (own.above * leak + charge / own.cm_nf))
 
 
+@jit
+def voltages_mv(membranes: IntArray, voltages: FloatArray) -> None:
+    """Store the present voltage of each membrane; see :func:`voltage_mv`."""
+    for i in range(len(membranes)):
+        voltages[i] = voltage_mv(membranes[i], array_at(membranes[i], 1, _MEMBRANE)[0].now_ms)
+
+
 @inlined
 def _sort(arrivals_ms: FloatArray, weights: FloatArray, n: int) -> None:
     """Sort the first spikes by arrival and weight; they are nearly sorted."""

@@ -202,7 +202,11 @@ class SpikeRecorder(SinkSpec):
 
 
 class _FilterPort(SinkPort):
-    """A linear filter of the spikes of all chosen neurons together."""
+    """A linear filter of the spikes of all chosen neurons together.
+
+    Attributes:
+        place: the address of its state for compiled code.
+    """
 
     def __init__(
         self,
@@ -214,6 +218,7 @@ class _FilterPort(SinkPort):
         name: str,
     ) -> None:
         self._kernel, self._delay_ms, self._membrane = kernel, delay_ms, LeakyMembrane(kernel)
+        self.place = self._membrane.place
         super().__init__(neurons, n_neurons, name)
         # A neuron that is chosen twice counts twice, as two synapses would.
         self._weights = np.bincount(neurons, minlength=n_neurons).astype(np.float64) * weight
