@@ -216,7 +216,7 @@ class MujocoEngine(JointedEngine):
     def _do_advance(self, steps: int) -> None:
         work, row = self._work, self._row
         if row is not None:
-            row.begin(self._model, work.data)
+            row.begin(self._model, work.data, has_gains=bool(self._built.servos))
         self._take(work.data, steps)
         self._taken, self._pushes, self._moment = steps, None, object()
         self._seen = None, None

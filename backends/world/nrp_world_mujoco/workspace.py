@@ -78,9 +78,11 @@ class StateRow:
         start = mujoco.mj_stateSize(model, COMPLETE & (int(kind) - 1))
         return self.numbers[start : start + mujoco.mj_stateSize(model, kind)]
 
-    def begin(self, model: Any, data: Any) -> None:
-        """Write the state into data for steps, and keep it."""
-        self.before[:], self.gains[:] = self.numbers, model.actuator_biasprm
+    def begin(self, model: Any, data: Any, *, has_gains: bool) -> None:
+        """Write the state into data for steps, and keep it, with the gains if they can change."""
+        self.before[:] = self.numbers
+        if has_gains:
+            self.gains[:] = model.actuator_biasprm
         self.load(model, data)
 
     def load(self, model: Any, data: Any) -> None:
