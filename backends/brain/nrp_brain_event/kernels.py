@@ -82,7 +82,10 @@ def gather(
     """
     index = slots[clock.slot & (len(slots) - 2)]
     while index >= 0:
-        one = index
+        one, after = index, events[index].after
+        if after >= 0 and events[after].n > 0:
+            prefetch(delay, events[after].target + events[after].n, 0)
+            prefetch(bundle, events[after].target + events[after].n, 0)
         while events[one].time < end and events[one].n > 0 and bundle[events[one].target] < 0:
             event, following = events[one], clock.free
             sent, s = event.weight, event.target + event.n
@@ -287,7 +290,7 @@ def _arrive(engine: EngineArrays, clock: Clock, event: Event) -> int:
     first, last = event.target, event.target + event.n - 1
     alike = event.n > 0 and engine.modes[targets[first] >> 1].kind >= 0  # all as the first, or nearly all
     if event.after >= 0:
-        _fetch_targets(engine.events[event.after], targets, weights)
+        _fetch_ahead(engine, engine.events[event.after], alike)
     n, stop = max(event.n, 1), clock.arrived + _PIECE
     for k in range(clock.arrived, min(n, stop)):
         target, weight = event.target, event.weight
@@ -438,11 +441,13 @@ def _fetch(cells: Array, modes: Array, row: int, of_modes: bool) -> None:
 
 
 @inlined
-def _fetch_targets(event: Event, targets: Array, weights: Array) -> None:
-    """Prefetch the first targets of an event."""
+def _fetch_ahead(engine: EngineArrays, event: Event, alike: bool) -> None:
+    """Prefetch the first neuron of the next event, and the first target of the one after it."""
     if event.n > 0:
-        prefetch(targets, event.target, 0)
-        prefetch(weights, event.target, 0)
+        _fetch(engine.cells, engine.modes, engine.target[event.target] >> 1, alike)
+    if event.after >= 0 and engine.events[event.after].n > 0:
+        prefetch(engine.target, engine.events[event.after].target, 0)
+        prefetch(engine.weight, engine.events[event.after].target, 0)
 
 
 @inlined

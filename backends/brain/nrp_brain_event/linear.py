@@ -230,7 +230,8 @@ def set_time(kind: Kind, t: float) -> None:
         kind.left_e = kind.left_i = 1.0
         kind.step_e = kind.step_i = -1.0 / kind.left_m
         return
-    kind.left_e, kind.left_i = exp(since * kind.rate_e), exp(since * kind.rate_i)
+    kind.left_e = exp(since * kind.rate_e)
+    kind.left_i = kind.left_e if kind.rate_i == kind.rate_e else exp(since * kind.rate_i)
     kind.step_e, kind.step_i = kind.reach_e / kind.left_m, kind.reach_i / kind.left_m
     kind.grown_e, kind.grown_i = 1.0 / kind.left_e, 1.0 / kind.left_i
 
