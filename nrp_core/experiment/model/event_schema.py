@@ -64,6 +64,8 @@ Centre = Annotated[
 class Near(Section):
     """A model is near something: the horizontal distance of its origin to it."""
 
+    alternatives = ("visual", "other", "point")
+
     model: Name
     """The model whose origin counts."""
     visual: str | None = None
@@ -76,8 +78,7 @@ class Near(Section):
     """Maximum distance."""
 
     @model_validator(mode="after")
-    def _one_target(self) -> Near:
-        self._require_one_of(("visual", "other", "point"))
+    def _another_model(self) -> Near:
         if self.other == self.model:
             raise ValueError(f"'{self.model}' is always near itself: 'other' is another model")
         if self.visual is not None and self.visual.partition("/")[0] == self.model:
@@ -226,17 +227,14 @@ OneOrMore = Annotated[
 class Event(Section):
     """An event, which happens once, at a time or by a condition, between two steps."""
 
+    alternatives = ("at", "when")
+
     at: TimeNs | None = None
     """When: at the first step not before this time."""
     when: When | None = None
     """When: after the first step at whose end this holds."""
     publish: OneOrMore = ()
     """What is published then, one or a list; without it the event is only noted."""
-
-    @model_validator(mode="after")
-    def _one_trigger(self) -> Event:
-        self._require_one_of(("at", "when"))
-        return self
 
 
 def causes_of(name: str, events: Mapping[str, Event]) -> list[str]:
@@ -296,6 +294,8 @@ class Criterion(Observed):
     once.
     """
 
+    alternatives = ("near", "stays_within", "topic_stays", "observable")
+
     near: Near | None = None
     """A model comes near something."""
     within_of: WithinOf | None = None
@@ -312,8 +312,7 @@ class Criterion(Observed):
     """When a condition on an observable counts; by default the whole run."""
 
     @model_validator(mode="after")
-    def _one_kind(self) -> Criterion:
-        self._require_one_of(("near", "stays_within", "topic_stays", "observable"))
+    def _fitting_conditions(self) -> Criterion:
         self._check_bounds()
         if self.within_of is not None and self.near is None:
             raise ValueError("'within_of' goes with 'near'")

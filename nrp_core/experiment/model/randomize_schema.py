@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
+from pydantic import Field, PlainValidator, WithJsonSchema
 
 from nrp_core.errors import SceneError
 from nrp_core.experiment.model.section import Range, Section
@@ -21,6 +21,8 @@ _OPERATIONS: tuple[Operation, ...] = ("scale", "add", "range")
 class DrawnSection(Section):
     """How a property of the parts that a pattern matches is drawn."""
 
+    alternatives = _OPERATIONS
+
     scale: DrawnRange | None = None
     """Multiply the value of the file by a number in this range: ``0.9..1.1``."""
     add: DrawnRange | None = None
@@ -31,11 +33,6 @@ class DrawnSection(Section):
     """``normal`` has its mean in the middle, and a quarter of the width as standard deviation."""
     shared: bool = False
     """Whether all parts that the pattern matches get the same number."""
-
-    @model_validator(mode="after")
-    def _one_operation(self) -> DrawnSection:
-        self._require_one_of(_OPERATIONS)
-        return self
 
     def of(self, quantity: str, pattern: str) -> Randomization:
         """Return the same for a scene.

@@ -8,13 +8,13 @@ from __future__ import annotations
 import ast
 import inspect
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from textwrap import dedent
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import (
     AfterValidator,
@@ -244,6 +244,8 @@ class Section(PlainNumbers):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
+    alternatives: ClassVar[Sequence[str]] = ()  # the fields of which exactly one is given
+
     @classmethod
     def __get_pydantic_json_schema__(
         cls, core_schema: CoreSchema, handler: GetJsonSchemaHandler, /
@@ -269,16 +271,13 @@ class Section(PlainNumbers):
                     raise ValueError(f"{name}: items {first} and {place} of the list are the same")
         return self
 
-    def _require_one_of(self, names: Iterable[str]) -> None:
-        """Refuse a section without exactly one of its alternatives.
-
-        Raises:
-            ValueError: none or several were found.
-        """
-        given = [name for name in names if getattr(self, name) is not None]
-        if len(given) != 1:
+    @model_validator(mode="after")
+    def _one_alternative(self) -> Self:
+        given = [name for name in self.alternatives if getattr(self, name) is not None]
+        if self.alternatives and len(given) != 1:
             found = " and ".join(f"'{name}'" for name in given) or "none"
-            raise ValueError(f"needs exactly one of {', '.join(names)}; it has {found}")
+            raise ValueError(f"needs exactly one of {', '.join(self.alternatives)}; it has {found}")
+        return self
 
 
 def _documented_fields(section: type[BaseModel]) -> dict[str, str]:

@@ -46,6 +46,8 @@ class ActivateSection(Section):
 class InterventionSection(Section):
     """An intervention in the brain."""
 
+    alternatives = ("silence", "lesion", "scale", "activate")
+
     silence: str | None = None
     """Cut all synapses from these cells, a population or named group."""
     lesion: str | None = None
@@ -56,11 +58,6 @@ class InterventionSection(Section):
     """Drive cells."""
     at: TimeNs = 0
     """When: at the first step not before this time; by default from the start."""
-
-    @model_validator(mode="after")
-    def _one_kind(self) -> InterventionSection:
-        self._require_one_of(("silence", "lesion", "scale", "activate"))
-        return self
 
     def idle(self, duration_ns: int) -> str:
         """Return why it has no effect in a run of a duration; empty if it may have one."""
@@ -102,6 +99,8 @@ class InterventionSection(Section):
 class WiringControl(Section):
     """A control: a network that shares some statistics with the brain, or all but some cells."""
 
+    alternatives = ("rewire", "shuffle", "silence", "silence_matched")
+
     rewire: Literal["degree_preserving"] | None = None
     """Exchange the targets of the synapses of each projection; every cell keeps its numbers of synapses."""
     shuffle: Literal["signs", "weights"] | None = None
@@ -111,17 +110,11 @@ class WiringControl(Section):
     silence_matched: str | None = None
     """Cut all synapses from as many other cells of the same population and quarter of out-degrees."""
 
-    @model_validator(mode="after")
-    def _one_kind(self) -> WiringControl:
-        self._require_one_of(_KINDS)
-        return self
-
     @property
     def name(self) -> str:
         """The kind of the control, as in the file."""
-        return ", ".join(
-            f"{kind}: {getattr(self, kind)}" for kind in _KINDS if getattr(self, kind) is not None
-        )
+        kind = next(kind for kind in self.alternatives if getattr(self, kind) is not None)
+        return f"{kind}: {getattr(self, kind)}"
 
     @property
     def control(self) -> Control:
@@ -133,6 +126,3 @@ class WiringControl(Section):
             return lambda network, seeds: with_matched_cells_silenced(network, cells, seeds)
         kind, _, statistic = self.name.partition(": ")
         return CONTROLS[kind, statistic]
-
-
-_KINDS = ("rewire", "shuffle", "silence", "silence_matched")
