@@ -75,7 +75,6 @@ SECOND: Final = dimension(0, 0, 1)
 AMPERE: Final = dimension(0, 0, 0, 1)
 SIEMENS: Final = dimension(-1, -2, 3, 2)
 VOLT: Final = dimension(1, 2, -3, -1)
-FARAD: Final = dimension(-1, -2, 4, 2)
 
 
 @dataclass(frozen=True, slots=True)

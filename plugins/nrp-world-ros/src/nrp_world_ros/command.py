@@ -128,7 +128,7 @@ def _body(experiment: Experiment, node: Node, until_ns: int | None, style: Style
     from nrp_world_ros.body import Body
 
     with open_world(experiment) as world:
-        body = Body(world, node, _warn, style)
+        body = Body(world, node, warn, style)
         try:
             if lockstep:
                 body.run_in_lockstep(until_ns, lambda: _tell(body.bridge))
@@ -146,7 +146,7 @@ def _whole(experiment: Experiment, node: Node, until_ns: int | None, style: Styl
     from nrp_world_ros.bridge import Bridge
 
     with Run(experiment) as run:
-        bridge = Bridge(run.world, node, run.loop.publish, _warn, style)
+        bridge = Bridge(run.world, node, run.loop.publish, warn, style)
 
         def exchange(_loop: object) -> None:
             bridge.check()
@@ -174,7 +174,3 @@ def _tell(bridge: Bridge) -> None:
     topics = f"{len(bridge.outgoing)} topics to subscribe to, {len(bridge.incoming)} to publish on"
     typer.echo(f"in ROS: {topics}, {len(bridge.services)} services")
     bridge.report()
-
-
-def _warn(message: str) -> None:
-    warn(message)
