@@ -3,7 +3,7 @@
 Each copy is a whole run with its brain, its transfer functions, events and criteria, and a seed of its own.
 In each step of the loop, three parts are timed one after the other, so that all see the same machine:
 
-* the step of all copies, by :class:`nrp_lab.gym.side_by_side.SideBySide` on one thread;
+* the step of all copies, by :class:`nrp_lab.side_by_side.SideBySide` on one thread;
 * MuJoCo's step alone, from the same states with the same controls, which has to give the same positions;
 * the sensors that were due in this step, once more: images and scans, without the physics.
 
@@ -32,7 +32,7 @@ from typing import Any
 import mujoco
 import numpy as np
 from conditions import conditions, load
-from nrp_lab.gym.side_by_side import SideBySide
+from nrp_lab.side_by_side import SideBySide
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.experiment import Run, load_experiment

@@ -574,6 +574,11 @@ class Brain(Overview, Simulation):
         """Whether only its devices act on it now, so that it can advance together with others."""
         return self.state is State.READY and not (self._began_ns or self._flowing)
 
+    @property
+    def advances_together(self) -> bool:
+        """Whether its backend advances many brains by one call."""
+        return type(self)._engines is not Brain._engines
+
     def _engines(self) -> Engines:
         """Return the primitives for many brains of this type."""
         return Engines()

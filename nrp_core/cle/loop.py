@@ -395,6 +395,11 @@ class ClosedLoop(Closing):
                     self._step()
                 self.pacing.wait(self.now_ns)
 
+    @property
+    def is_stopping(self) -> bool:
+        """Whether :meth:`stop` was called since the last run began, or the last reset."""
+        return self._stopping
+
     def stop(self) -> None:
         """End the run after its current step; any thread or hook may call this, between two steps too."""
         self._stopping = True
@@ -628,6 +633,7 @@ class ClosedLoop(Closing):
         self._published.clear()
         self.account = TimeAccount()
         self.steps = 0
+        self._stopping = False
         for hook in self.hooks.after_reset:
             hook(self)
 

@@ -301,6 +301,16 @@ class Run(Overview, Closing):
         finally:
             self._wall_ns += work.now_ns() - began
 
+    def note_step(self, wall_ns: int, error: Exception | None) -> None:
+        """Note a step that its loop has taken together with those of other runs.
+
+        Args:
+            wall_ns: the wall time of its share, ns.
+            error: the error that ended the run; None if it can go on.
+        """
+        self._wall_ns += wall_ns
+        self.error = error
+
     def run(self, until_s: float | None = None) -> None:
         """Run to the end.
 

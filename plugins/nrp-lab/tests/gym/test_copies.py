@@ -5,7 +5,7 @@ from contextlib import ExitStack
 
 import numpy as np
 import pytest
-from nrp_lab.gym.side_by_side import SideBySide
+from nrp_lab.side_by_side import SideBySide
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.errors import SimulationError

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nrp_lab.gym.side_by_side import SideBySide
+from nrp_lab.side_by_side import SideBySide
 
 import nrp_core.dsl as nrp
 from nrp_core.cle import ClosedLoop

@@ -22,9 +22,10 @@ from nrp_core.experiment import Run
 from nrp_core.running import open_run
 from nrp_core.utilities import checks_arguments
 from nrp_core.world.batch import threads_for
+from nrp_lab.copies import calls_text, python_calls
 from nrp_lab.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name, warn_of_findings
 from nrp_lab.gym.env import CLOSED
-from nrp_lab.gym.side_by_side import SideBySide
+from nrp_lab.side_by_side import SideBySide
 
 _logger = logging.getLogger(__name__)
 
@@ -268,16 +269,15 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
         like = AgentRun(first, agent)
         self._copies = (like, *(AgentRun(run, agent, like) for run in others))
         if calls := self.python_calls:
-            _logger.info("Python functions: %d calls per copy in a step (%s)", len(calls), ", ".join(calls))
+            _logger.info("%s", calls_text(calls))
         chosen = threads or threads_for([run.world for run in self.runs])
         self._together = self._opened.enter_context(SideBySide(min(chosen, num_envs)))
 
     @property
     def python_calls(self) -> list[str]:
         """The names of the Python functions that are called for each copy."""
-        agent, functions = self._agent, self.runs[0].loop.functions
-        judging = [name for name in ("reward", "terminate") if callable(getattr(agent, name))]
-        return [*(one.name for one in functions if not one.vectorized), *judging]
+        judging = [name for name in ("reward", "terminate") if callable(getattr(self._agent, name))]
+        return [*python_calls(self.runs[0]), *judging]
 
     # -- as Gymnasium calls it
 

@@ -7,12 +7,14 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
+from math import ceil
 from pathlib import Path
 
 from nrp_core.errors import BackendLoadError, ExperimentError, did_you_mean
 from nrp_core.registry import Registry
 from nrp_core.utilities import WorkerDiedError, WorkerPool, cores
-from nrp_lab.sweep.measuring import RUN_CACHE, perform
+from nrp_lab.copies import COPIES
+from nrp_lab.sweep.measuring import RUN_CACHE, may_step_together, perform_list, perform_share
 from nrp_lab.sweep.record import Record, Task
 
 ATTEMPTS = 5
@@ -122,8 +124,15 @@ _STARTS = 20
 """Number of times in a row that each process may die as it starts."""
 
 
+_LARGEST_SHARE = 2 * COPIES
+"""The largest number of tasks that a process gets at once; finished runs are kept when all of them are."""
+
+
 class LocalExecutor(Executor):
-    """As many processes as processors or as requested; if it is one, runs are performed in this process."""
+    """As many processes as processors or as requested; if it is one, runs are performed in this process.
+
+    Each process steps its runs side by side if Python is not called for each of them.
+    """
 
     def __init__(self) -> None:
         self._pool: WorkerPool | None = None
@@ -134,28 +143,31 @@ class LocalExecutor(Executor):
 
     def perform(self, tasks: Sequence[Task]) -> Iterator[Record]:
         if self.size == 1:
-            yield from map(perform, tasks)
+            yield from perform_share(tasks)
             return
         if self._pool is None:
             self._pool = WorkerPool(self.size)
-        queue, deaths = _Queue(tasks), Deaths(_STARTS * self.size)
-        for outcome in self._pool.perform(perform, queue):
-            task, error = outcome.task, outcome.error
+        queue, deaths = _Queue(_shares(tasks, self.size)), Deaths(_STARTS * self.size)
+        for outcome in self._pool.perform(perform_list, queue):
+            share, error = outcome.task, outcome.error
             if isinstance(error, WorkerDiedError) and not error.has_begun:
                 deaths.in_vain(str(error))
-                queue.append(task)
+                queue.append(share)
+            elif isinstance(error, WorkerDiedError) and len(share) > 1:  # one of them is the cause
+                deaths.workers_live()
+                queue.extend((task,) for task in share)
             elif isinstance(error, WorkerDiedError):
-                following = deaths.in_run(task, str(error))
+                following = deaths.in_run(share[0], str(error))
                 if isinstance(following, Record):
                     yield following
                 else:
-                    queue.append(following)
+                    queue.append((following,))
             elif error is not None:
                 raise error
             else:
                 assert outcome.value is not None
                 deaths.workers_live()
-                yield outcome.value
+                yield from outcome.value
 
     def pids(self) -> list[int]:
         """Return the operating system's numbers of the processes."""
@@ -167,13 +179,22 @@ class LocalExecutor(Executor):
             self._pool.__exit__()
 
 
-class _Queue(deque[Task]):
-    """An iterator over tasks, to which tasks may be added even after it was exhausted."""
+def _shares(tasks: Sequence[Task], processes: int) -> Iterator[tuple[Task, ...]]:
+    """Return the tasks that a process performs side by side; one at a time if the first one steps alone."""
+    size = 1
+    if tasks and may_step_together(tasks[0]):
+        rounds = ceil(len(tasks) / (processes * _LARGEST_SHARE))
+        size = ceil(len(tasks) / (processes * rounds))
+    return (tuple(tasks[first : first + size]) for first in range(0, len(tasks), size))
 
-    def __iter__(self) -> Iterator[Task]:
+
+class _Queue(deque[tuple[Task, ...]]):
+    """An iterator over shares, to which others may be added even after it was exhausted."""
+
+    def __iter__(self) -> Iterator[tuple[Task, ...]]:
         return self
 
-    def __next__(self) -> Task:
+    def __next__(self) -> tuple[Task, ...]:
         if not self:
             raise StopIteration
         return self.popleft()

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -19,72 +20,71 @@ from nrp_core.errors import (
     SimulationError,
     did_you_mean,
 )
-from nrp_core.experiment import Result, Run, load_experiment
+from nrp_core.experiment import Result, Run, load_experiment, prepare
 from nrp_core.recording import FilesRead, Images, Recording, RecordingFolder, dependencies
 from nrp_core.utilities import fingerprint, to_jsonable, work
 from nrp_lab.comparison.metric import METRICS, ScalarMetric
 from nrp_lab.comparison.signals import RunSignals
+from nrp_lab.copies import Attempt, Opened, perform_alone, perform_side_by_side
 from nrp_lab.sweep.record import Record, Task
 
 _SEED = "seed="
+_logger = logging.getLogger(__name__)
 
 
 class RunCache:
-    """At most one open run, and the task that it was opened for.
-
-    Attributes:
-        files: the files that the last opened run has read.
-    """
+    """At most one open run that waits for a task, with the files that it has read and the task it was for."""
 
     def __init__(self) -> None:
-        self._run: Run | None = None
+        self._waiting: tuple[Run, FilesRead] | None = None
         self._of: tuple[str, tuple[str, ...]] | None = None
-        self.files = FilesRead()
 
-    @contextmanager
-    def open(self, task: Task, *, keep: bool) -> Iterator[Run]:
-        """Return a run of a task at time 0: a new one, or the open one after a reset.
+    def open(self, task: Task, files: FilesRead, *, keep: bool) -> tuple[Run, FilesRead]:
+        """Return a run of a task at time 0, and the files it reads: a new one, or the open one after a reset.
 
         Args:
             task: the task.
-            keep: whether the run may stay open afterwards; a run that ended early is always closed.
+            files: notes what a new run reads.
+            keep: whether the open run may be used.
         """
-        others = tuple(text for text in task.overrides if not text.startswith(_SEED))
-        run = self._reset_run(task, (task.experiment, others)) if keep else None
-        if run is None:
+        if keep and self._of == _settings_of(task) and (found := self._reset_run(task)) is not None:
+            return found
+        if not keep or self._of != _settings_of(task):
             self.close()
-            self.files = FilesRead()
-            with self.files:
-                run = Run(load_experiment(task.experiment, task.overrides))
-        try:
-            with self.files:
-                yield run
-        except BaseException:
-            run.close()
-            raise
-        if keep and run.error is None and not run.loop.failures:
-            self._run, self._of = run, (task.experiment, others)
+        with files:
+            return Run(load_experiment(task.experiment, task.overrides)), files
+
+    def give_back(self, task: Task, run: Run, files: FilesRead) -> None:
+        """Keep the run of a task open; close one that failed, or that would be the second."""
+        if self._waiting is None and run.error is None and not run.loop.failures:
+            self._waiting, self._of = (run, files), _settings_of(task)
         else:
             run.close()
 
     def close(self) -> None:
         """Release its engines."""
-        run, self._run = self._run, None
-        if run is not None:
-            run.close()
+        waiting, self._waiting = self._waiting, None
+        if waiting is not None:
+            waiting[0].close()
 
-    def _reset_run(self, task: Task, of: tuple[str, tuple[str, ...]]) -> Run | None:
-        """Return the open run at time 0 if it has the same settings; the caller then owns it."""
+    def _reset_run(self, task: Task) -> tuple[Run, FilesRead] | None:
+        """Return the open run at time 0; the caller then owns it."""
         seeds = [int(text.removeprefix(_SEED)) for text in task.overrides if text.startswith(_SEED)]
-        if self._run is None or self._of != of or len(seeds) != 1:
+        if self._waiting is None or len(seeds) != 1:
             return None
+        run, files = self._waiting
         try:
-            with self.files:
-                self._run.reset(seed=seeds[0])
+            with files:
+                run.reset(seed=seeds[0])
         except CapabilityError:
             return None
-        run, self._run = self._run, None
-        return run
+        self._waiting = None
+        return run, files
+
+
+def _settings_of(task: Task) -> tuple[str, tuple[str, ...]]:
+    """Return what tasks that differ only in the seed have in common."""
+    return task.experiment, tuple(text for text in task.overrides if not text.startswith(_SEED))
 
 
 RUN_CACHE = RunCache()
@@ -97,13 +97,51 @@ def perform(task: Task) -> Record:
     Raises:
         BackendLoadError: this worker has another version of the code.
     """
-    require_code(task.code)
-    began_ns = work.now_ns()
+    return perform_alone(_attempt(task))
+
+
+def perform_share(tasks: Iterable[Task]) -> Iterator[Record]:
+    """Perform runs, side by side where they allow it, and yield their records as they end.
+
+    Raises:
+        BackendLoadError: as :func:`perform`.
+    """
+    return perform_side_by_side(map(_attempt, tasks), _report)
+
+
+def perform_list(tasks: Sequence[Task]) -> list[Record]:
+    """Perform runs as :func:`perform_share`, and return all records at once, from another process."""
+    return list(perform_share(tasks))
+
+
+def may_step_together(task: Task) -> bool:
+    """Return whether no function of an experiment is called for each run; False if it cannot be prepared."""
     try:
-        record = _perform_run(task)
+        plan = prepare(load_experiment(task.experiment, task.overrides))
+    except NrpError:
+        return False
+    return all(function.vectorized for function in plan.functions)
+
+
+def _report(reason: str) -> None:
+    """Log why runs do not step together, each reason once."""
+    if reason and reason not in _REPORTED:
+        _REPORTED.add(reason)
+        _logger.info("one run after another: %s", reason)
+
+
+_REPORTED: set[str] = set()
+
+
+def _attempt(task: Task) -> Attempt[Record]:
+    """Open the run of a task, and return its record after its end."""
+    require_code(task.code)
+    began_ns, files = work.now_ns(), FilesRead()
+    try:
+        record = yield from _attempt_run(task, files)
     except NrpError as error:
         record = Record(task.id, task.index, error=_in_one_line(error))
-        record = record.depending_on(dependencies(RUN_CACHE.files, None))
+        record = record.depending_on(dependencies(files, None))
     return replace(record, elapsed_s=seconds(work.now_ns() - began_ns), attempts=task.attempt)
 
 
@@ -136,25 +174,32 @@ def scalar_metric(name: str) -> ScalarMetric:
     return metric
 
 
-def _perform_run(task: Task) -> Record:
+def _attempt_run(task: Task, files: FilesRead) -> Attempt[Record]:
     with ExitStack() as stack:
         folder = None if task.recording is None else Path(task.recording)
         metrics = [scalar_metric(name) for name in task.measure]
         if folder is None and any(metric.needs_recording for metric in metrics):
             folder = Path(stack.enter_context(TemporaryDirectory(prefix="nrp-sweep-"))) / "run"
-        run = stack.enter_context(RUN_CACHE.open(task, keep=folder is None))
-        RUN_CACHE.files.packages |= {METRICS.provider(name).package for name in task.measure}
-        _run(run, task, folder, RUN_CACHE.files)
-        result = run.result()
-        described = {"seed": result.seed, "settings": run.experiment, "result": result.to_dict()}
-        signals = RunSignals(to_jsonable(described) if folder is None else Recording(folder))
-        record = _record(task, result, _measured(metrics, signals, result))
-        read = dependencies(RUN_CACHE.files, run.experiment, run.world.scene, folder)
-        return replace(record, drawn=_drawn(run)).depending_on(read)
+        keep = folder is None
+        run, files = RUN_CACHE.open(task, files, keep=keep)
+        stack.callback(run.close)
+        files.packages |= {METRICS.provider(name).package for name in task.measure}
+        yield from _ended(run, task, folder, files)
+        with files:
+            result = run.result()
+            described = {"seed": result.seed, "settings": run.experiment, "result": result.to_dict()}
+            signals = RunSignals(to_jsonable(described) if folder is None else Recording(folder))
+            record = _record(task, result, _measured(metrics, signals, result))
+        read = dependencies(files, run.experiment, run.world.scene, folder)
+        record = replace(record, drawn=_drawn(run)).depending_on(read)
+        if keep:
+            stack.pop_all()
+            RUN_CACHE.give_back(task, run, files)
+        return record
 
 
-def _run(run: Run, task: Task, folder: Path | None, files: FilesRead) -> None:
-    """Run to the end, recorded or not; a failure is in the result of the run."""
+def _ended(run: Run, task: Task, folder: Path | None, files: FilesRead) -> Attempt[None]:
+    """Yield a run to be taken to its end, recorded or not; a failure is in the result of the run."""
     recorder = None
     if folder is not None:
         images = Images.HASH if task.recording else Images.OFF
@@ -163,7 +208,7 @@ def _run(run: Run, task: Task, folder: Path | None, files: FilesRead) -> None:
     state = "failed"
     try:
         with _stopping(run, task.stop_when_failed):
-            run.run(task.until_s)
+            yield Opened(run, task.until_s, files)
         state = "finished"
     except SimulationError:
         pass

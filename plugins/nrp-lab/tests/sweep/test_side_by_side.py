@@ -1,0 +1,97 @@
+"""Runs of a sweep that step together are, bit for bit, those that were made one after another."""
+
+from contextlib import nullcontext
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from nrp_lab.copies import COPIES, Attempt, Opened, perform_side_by_side, why_alone
+from nrp_lab.sweep.executor import executor
+from nrp_lab.sweep.measuring import perform, perform_share
+from nrp_lab.sweep.record import Record, Task
+
+from nrp_core.experiment import Run, load_experiment
+
+MEASURES = ("criteria", "time_to_event", "criterion_distance")
+
+
+def task(index: int, name: str, seed: int, steps: int, overrides: tuple[str, ...] = ()) -> Task:
+    given = (*overrides, f"seed={seed}", "pace=max")
+    return Task(f"{index}", index, name, given, MEASURES, until_s=steps / 50)
+
+
+def plain(records: list[Record]) -> list[Record]:
+    """Return records in the order of their tasks, without times."""
+    found = [replace(record, elapsed_s=0.0, wall_time_s=0.0) for record in records]
+    return sorted(found, key=lambda record: record.index)
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.sampled_from(["slalom_pioneer", "slalom_pioneer/evolved", "slalom_pioneer/trained"]),
+            st.integers(1, 5),
+            st.integers(1, 12),
+            st.sampled_from([(), ("world.robots.pioneer.pose=[0, 0.2, 0.0975, 0, 0, 0]",)]),
+        ),
+        min_size=1,
+        max_size=5,
+    )
+)
+def test_they_equal_runs_that_are_made_one_after_another(
+    settings: list[tuple[str, int, int, tuple[str]]],
+) -> None:
+    tasks = [task(index, *one) for index, one in enumerate(settings)]
+    assert plain(list(perform_share(tasks))) == plain(list(map(perform, tasks)))
+
+
+def test_runs_that_stop_early_and_runs_that_cannot_begin_leave_the_others_alone() -> None:
+    stopping = replace(
+        task(0, "slalom_pioneer", 1, 20, ("criteria.touches_nothing.topic_stays.above=100",)),
+        stop_when_failed=("touches_nothing",),
+    )
+    wrong = task(1, "slalom_pioneer", 1, 20, ("brain.parameters.left_to_left=often",))
+    tasks = [stopping, wrong, *(task(seed, "slalom_pioneer", seed, 20) for seed in range(2, 5))]
+    found = plain(list(perform_share(tasks)))
+    assert [record.state for record in found] == ["finished", "invalid", *3 * ["finished"]]
+    assert found[0].sim_time_s < found[2].sim_time_s == pytest.approx(0.4)
+    assert found == plain(list(map(perform, tasks)))
+
+
+@pytest.mark.heavy
+def test_processes_get_shares_of_them(tmp_path: Path) -> None:
+    tasks = [task(seed, "slalom_pioneer", seed, 5) for seed in range(COPIES)]
+    with executor("local", tmp_path, 2) as where:
+        found = plain(list(where.perform(tasks)))
+    digests = [record.trajectory_digest for record in found]
+    assert digests == [perform(one).trajectory_digest for one in tasks]
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("slalom_pioneer", ""),
+        ("braitenberg_husky", "Python functions: 2 calls per copy (linear_twist, eye_sensor_transmit)"),
+    ],
+)
+def test_why_a_run_steps_alone_is_one_line(name: str, expected: str) -> None:
+    with Run(load_experiment(name)) as run:
+        reason = why_alone(run)
+    assert reason == expected
+
+
+def test_not_more_are_open_at_once_than_gain_from_it() -> None:
+    opened: list[int] = []
+    closed: list[int] = []
+
+    def attempt(number: int) -> Attempt[int]:
+        with Run(load_experiment("slalom_pioneer", [f"seed={number}"])) as run:
+            opened.append(len(opened) - len(closed) + 1)
+            yield Opened(run, 0.02, nullcontext())
+        closed.append(number)
+        return number
+
+    assert sorted(perform_side_by_side(map(attempt, range(COPIES + 2)))) == [*range(COPIES + 2)]
+    assert max(opened) == COPIES
