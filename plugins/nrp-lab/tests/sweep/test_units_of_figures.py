@@ -1,4 +1,4 @@
-"""Axes of a sweep's figures name their units, and numbers in different units are not put on one axis."""
+"""Figures and summaries of a sweep name their units, and an axis has numbers of one unit."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 from nrp_lab.sweep.figures import draw
+from nrp_lab.sweep.report import report, report_data
 from nrp_lab.sweep.table import SweepTable
+from rich.console import Console
 
 
 @pytest.mark.parametrize(
@@ -35,3 +37,15 @@ def test_the_axes_of_a_curve_have_units(
         last = label.rpartition(".")[2]
         assert f"{last}<" in text or f"{last} -->" in text
         assert ("(ms)" in text) == ("(ms)" in label)
+
+
+def test_the_summary_has_the_unit_of_each_measure(tmp_path: Path) -> None:
+    rows = (
+        {"seed": 1, "run": 0, "distance.husky": 0.5, "cv.circuit": 0.1, "error": None, "complete": True}
+        | {"passed": None, "trajectory_digest": "a"},
+    )
+    table = SweepTable("drive", (), ("distance.husky", "cv.circuit"), rows)
+    assert report_data(table, tmp_path, None)["units"] == {"distance.husky": "m", "cv.circuit": ""}
+    console = Console(width=100, record=True)
+    report(table, console)
+    assert "(m)" in console.export_text().split()

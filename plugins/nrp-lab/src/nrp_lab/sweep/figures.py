@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.recording.figures import check_target, save
 from nrp_core.recording.figures.style import DPI, FAINT, colour, style
-from nrp_lab.comparison.metric import METRICS
 from nrp_lab.sweep.plan import Plan
+from nrp_lab.sweep.report import unit_of
 from nrp_lab.sweep.table import Group, SweepTable, short_key
 
 _SIZE = (7.2, 4.6)
@@ -213,8 +213,7 @@ def _unit(value: Any) -> str:
 
 def _with_unit(name: str) -> str:
     """Return a measure with the unit of its metric."""
-    metric = name.partition(".")[0]
-    unit = METRICS.load(metric).unit if metric in METRICS.names() else ""
+    unit = unit_of(name)
     return f"{name} ({unit})" if unit else name
 
 

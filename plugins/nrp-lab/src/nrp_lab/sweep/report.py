@@ -14,7 +14,7 @@ from nrp_lab.comparison import report as comparison_report
 from nrp_lab.comparison.grid import ORIGINAL, GridCell, RunGrid
 from nrp_lab.comparison.judgement import Judgement, Relation, controls_of, corrected
 from nrp_lab.comparison.measuring import parts_of_numbers
-from nrp_lab.comparison.metric import Margins, ScalarMetric
+from nrp_lab.comparison.metric import METRICS, Margins, ScalarMetric
 from nrp_lab.comparison.signals import RunSignals
 from nrp_lab.sweep.measuring import scalar_metric
 from nrp_lab.sweep.model import SEED
@@ -69,6 +69,12 @@ def _values(row: Row, metric: ScalarMetric) -> Mapping[str, float | None]:
     return {name.removeprefix(prefix): row[name] for name in row if name.startswith(prefix)}
 
 
+def unit_of(measure: str) -> str:
+    """Return the unit of a measure's metric; empty for a count or a ratio."""
+    metric = measure.partition(".")[0]
+    return METRICS.load(metric).unit if metric in METRICS.names() else ""
+
+
 _MAX_ROWS = 40
 _MAX_MEASURES = 6
 _MAX_ERRORS = 3
@@ -84,7 +90,9 @@ def report(table: SweepTable, console: Console) -> None:
         shown.add_column(short_key(key, table.keys), overflow="fold")
     for name in ("runs", "passed", *measures):
         metric, dot, part = name.partition(".")  # on two lines, so that neither is broken
-        shown.add_column(f"{metric}{dot}\n{part}" if dot else name, justify="right", overflow="fold")
+        unit = unit_of(name)
+        heading = (f"{metric}{dot}\n{part}" if dot else name) + (f"\n({unit})" if unit else "")
+        shown.add_column(heading, justify="right", overflow="fold")
     for group in groups[:_MAX_ROWS]:
         shown.add_row(*_cells(group, table.keys, measures))
     console.print(shown)
@@ -106,6 +114,7 @@ def report_data(table: SweepTable, folder: Path, figure: Path | None) -> dict[st
         "keys": table.keys,
         "controls": controls(table),
         "measures": table.measures,
+        "units": {name: unit_of(name) for name in table.measures},
         "groups": [
             {
                 "values": group.values,
