@@ -263,12 +263,9 @@ class RunGrid:
     def open(self, cell: GridCell, revise: Callable[[Plan], Plan] | None) -> Iterator[Run]:
         """Open one run, optionally with another brain."""
         with Run(self.load(cell), revise=revise) as run:
-            voltages = _recording_voltages(run) if self.shows_voltages else []
-            if not voltages:
-                yield run
-        if voltages:
-            with Run(self.load(cell, *voltages), revise=revise) as run:
-                yield run
+            if self.shows_voltages and (voltages := _recording_voltages(run)):
+                run.experiment = self.load(cell, *voltages)
+            yield run
 
     @cached_property
     def file(self) -> Path | None:
