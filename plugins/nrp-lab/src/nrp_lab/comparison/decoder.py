@@ -152,18 +152,24 @@ def ridge(inputs: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArra
     centre, scale = inputs.mean(axis=0), inputs.std(axis=0)
     scale[scale == 0.0] = np.inf
     offset = values.mean(axis=0)
-    left, sizes, right = np.linalg.svd((inputs - centre) / scale, full_matrices=False)
+    standard = (inputs - centre) / scale
     size, n = values.std(axis=0), len(values)
     target = (values - offset) / np.where(size > 0, size, np.inf)
-    projected = left.T @ target
+    if len(standard) < standard.shape[1]:
+        _, singular, rows = np.linalg.svd(standard, full_matrices=False)
+        variances, axes = singular**2, rows.T
+    else:  # a tenth of the work
+        variances, axes = np.linalg.eigh(standard.T @ standard)
+        variances = np.maximum(variances, 0.0)
+    projected = axes.T @ (standard.T @ target)
     total = (target**2).sum()
     errors = []
     for penalty in n * PENALTIES:
-        kept = sizes**2 / (sizes**2 + penalty)
-        residual = total - ((2 * kept - kept**2)[:, np.newaxis] * projected**2).sum()
-        errors.append(residual / max(n - 1 - kept.sum(), 1e-9) ** 2)
+        shrunk = variances + penalty
+        residual = total - (((shrunk + penalty) / shrunk**2)[:, np.newaxis] * projected**2).sum()
+        errors.append(residual / max(n - 1 - (variances / shrunk).sum(), 1e-9) ** 2)
     penalty = n * PENALTIES[int(np.argmin(errors))]
-    weights = right.T @ ((sizes / (sizes**2 + penalty))[:, np.newaxis] * projected)
+    weights = axes @ (projected / (variances + penalty)[:, np.newaxis])
     weights *= size / scale[:, np.newaxis]
     offsets = offset - centre @ weights
     residuals = values - inputs @ weights - offsets
