@@ -16,6 +16,7 @@ from nrp_core.network.files import read_network
 from nrp_core.network.files.network_file import SUFFIX
 
 _MAX_GROUPS = 8
+_MAX_DRAWN = 30
 _MAX_HUBS = 5
 _MAX_SYNAPSES_APART = 6
 _QUANTILES = (0.0, 0.25, 0.5, 0.75, 1.0)
@@ -91,6 +92,7 @@ def paths(network: Network, ends: tuple[IntArray, IntArray], groups: list[str]) 
 
 def _draw_map(network: Network, path: Path) -> None:
     """Draw the cells at their positions, or without positions the numbers of synapses between groups."""
+    from matplotlib.colors import LogNorm
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8, 7), layout="constrained")
@@ -103,24 +105,31 @@ def _draw_map(network: Network, path: Path) -> None:
             x, y = one.positions_um[:, :2].T
             shade = np.where(inhibits[network.ids_of(one.label)], "#b03000", "#2060a0")
             axes.scatter(x, y, s=max(0.2, min(20.0, 2e4 / one.size)), c=shade, linewidths=0)
-        axes.set(xlabel="x", ylabel="y", title="cells; red: mostly inhibit", aspect="equal")
+        axes.set(xlabel="x (µm)", ylabel="y (µm)", aspect="equal")
+        axes.set_title("cells: red ones mostly inhibit, blue ones excite")
     else:
-        groups = _telling(network, 30) or []
-        counts = _counts_between(network, groups)
-        shown = axes.imshow(np.log10(counts + 1), cmap="Greys")
+        groups = {name: network.views[name] for name in _telling(network, _MAX_DRAWN)}
+        which = f", the largest {len(groups)} of {len(network.views)}"
+        if not groups:
+            parts = np.array_split(np.arange(network.size), min(_MAX_DRAWN, max(network.size, 1)))
+            groups, which = {f"from {ids[0]}": ids for ids in parts if len(ids)}, " of cells by number"
+        counts = _counts_between(network, list(groups.values()))
+        norm = LogNorm(0.3, max(2.0, counts.max(initial=0.0)))  # one synapse is grey
+        shown = axes.imshow(np.where(counts, counts, np.nan), cmap="Greys", norm=norm)
         axes.set_xticks(range(len(groups)), groups, rotation=90)
         axes.set_yticks(range(len(groups)), groups)
-        axes.set(xlabel="to", ylabel="from", title="synapses between groups")
-        figure.colorbar(shown, label="log10(1 + number)")
+        axes.set(xlabel="to", ylabel="from", title=f"synapses between groups{which}")
+        if counts.any():
+            figure.colorbar(shown, label="synapses").ax.yaxis.set_major_formatter("{x:g}")
     figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else None)
 
 
-def _counts_between(network: Network, groups: list[str]) -> np.ndarray:
+def _counts_between(network: Network, groups: list[IntArray]) -> np.ndarray:
     pre, post = _ends(network)
     counts = np.zeros((len(groups), len(groups)))
-    for row, source in enumerate(groups):
-        targets = np.bincount(post[np.isin(pre, network.views[source])], minlength=network.size)
-        counts[row] = [targets[network.views[target]].sum() for target in groups]
+    for row, sources in enumerate(groups):
+        targets = np.bincount(post[np.isin(pre, sources)], minlength=network.size)
+        counts[row] = [targets[ids].sum() for ids in groups]
     return counts
 
 
@@ -172,5 +181,5 @@ def _lines(name: str, found: dict[str, Any]) -> Iterator[str]:
     yield "hubs: " + ", ".join(f"{cell} {count}" for cell, count in found["hubs"].items())
     for source, targets in found["synapses_apart"].items():
         reached = ", ".join(f"{target} {apart}" for target, apart in targets.items())
-        yield f"synapses from {source} to: {reached or 'none of the groups'}"
+        yield f"synapses on the shortest path from {source} to: {reached or 'none of the groups'}"
     yield from found["remarks"]

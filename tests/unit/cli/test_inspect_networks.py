@@ -60,4 +60,4 @@ def test_only_a_network_is_drawn_as_svg(tmp_path: Path, nrp: Callable[..., Any])
     assert nrp("inspect", tmp_path / "chain.nrpnet", "--image", tmp_path / "map.jpg").code == 2
     shown = nrp("inspect", tmp_path / "chain.nrpnet")
     assert shown.code == 0
-    assert "synapses from first to: middle 1, first 3, last 3" in shown.out
+    assert "synapses on the shortest path from first to: middle 1, first 3, last 3" in shown.out
