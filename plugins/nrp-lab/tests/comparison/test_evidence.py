@@ -28,7 +28,7 @@ from nrp_lab.comparison.decoder import (
 )
 from nrp_lab.comparison.evidence import Doing, Evidence, doing_of, evidence_grid
 from nrp_lab.comparison.grid import GridCell, RunGrid, _recording_voltages, run_grid
-from nrp_lab.comparison.judgement import Contrast, Estimate, Factor, Relation
+from nrp_lab.comparison.judgement import Contrast, Estimate, Factor, Relation, holm
 from nrp_lab.comparison.metric import Margins
 from nrp_lab.comparison.result import GridDiff
 from nrp_lab.comparison.signals import RunSignals
@@ -191,6 +191,42 @@ def test_only_criteria_and_events_need_the_wiring(is_finding: bool, doing: Doing
     partial = replace(found, left_out={"shuffle: signs": "all excite"}, without_decoder="no sink")
     rest = found.sentence[0].lower() + found.sentence[1:]
     assert partial.sentence == f"Compared without 'shuffle: signs' and 'decoder alone', {rest}"
+
+
+@settings(max_examples=30, deadline=None)
+@given(values=st.lists(st.integers(-1, 1), min_size=2, max_size=9), times=st.integers(2, 5))
+def test_an_estimate_is_scaled_as_if_all_seeds_came_again(values: list[int], times: int) -> None:
+    some, all_seeds = np.array(values, float), np.array(values * times, float)
+    found, wanted = Estimate.from_matched_shares(some).scaled(times), Estimate.from_matched_shares(all_seeds)
+    np.testing.assert_allclose([found.mean, found.error], [wanted.mean, wanted.error], atol=1e-12)
+    found, wanted = Estimate.of(some).scaled(times), Estimate.of(all_seeds)
+    assert (found.mean, found.freedom) == (pytest.approx(wanted.mean, abs=1e-12), wanted.freedom)
+    spread = len(some) * times
+    assert found.error**2 * (len(some) - 1) * times == pytest.approx(
+        wanted.error**2 * (spread - 1), abs=1e-12
+    )
+
+
+def alike(n_seeds: int) -> Evidence:
+    """Return evidence in which a criterion fails with two controls and each of some seeds."""
+    estimate = Estimate.from_matched_shares(np.full(n_seeds, -1.0))
+    p_different = holm([estimate.p_different] * 2)[0]
+    contrasts = [
+        Contrast(Factor.WIRING, "original", other, estimate, 1.0, p_different)
+        for other in ("rewire", "decoder alone")
+    ]
+    part = SimpleNamespace(margin=0.1, contrasts=contrasts)
+    judged = SimpleNamespace(metric=SimpleNamespace(is_finding=True), parts=[part])
+    grid = SimpleNamespace(seeds=range(n_seeds))
+    return Evidence(cast(GridDiff, SimpleNamespace(finding=[judged], runs={}, grid=grid)))
+
+
+def test_the_number_of_seeds_that_would_decide_decides() -> None:
+    needed = alike(2).seeds_to_decide
+    assert needed is not None
+    assert [alike(n).doing for n in range(2, needed + 2)] == [Doing.OPEN] * (needed - 2) + [Doing.WIRING] * 2
+    assert alike(needed).seeds_to_decide is None
+    assert alike(1).seeds_to_decide is None
 
 
 def test_two_animals_of_one_name_are_refused() -> None:

@@ -26,7 +26,7 @@ from nrp_lab.comparison.grid import (
     RunGrid,
     run_grid,
 )
-from nrp_lab.comparison.judgement import Contrast, JudgedPart, Judgement, Relation, controls_of
+from nrp_lab.comparison.judgement import Contrast, JudgedPart, Judgement, Relation, controls_of, holm
 from nrp_lab.comparison.metric import Margins, Metric
 from nrp_lab.comparison.result import GridDiff
 from nrp_lab.comparison.signals import RunSignals
@@ -41,6 +41,9 @@ class Kind(StrEnum):
     ANIMAL = "animal"
     SIMULATOR = "simulator"
 
+
+MOST_SEEDS = 1000
+"""The largest number of seeds that is recommended."""
 
 Variant = tuple[str, Sequence[str]]
 """The name of a control and the settings that make it."""
@@ -75,14 +78,14 @@ OTHERS: Mapping[str, tuple[Kind, Callable[[str], Variant]]] = {
 """The controls that are settings: their kind, and the function that makes one."""
 
 _ABOUT: Mapping[str, str] = {
-    "rewire": "every cell keeps its numbers of synapses, and has other partners",
-    "shuffle: signs": "as many cells inhibit, but others",
-    "shuffle: weights": "the same partners, weights exchanged among synapses",
+    "rewire": "every cell keeps its numbers of synapses, and has other partners, drawn at random",
+    "shuffle: signs": "as many cells inhibit, but others, drawn at random",
+    "shuffle: weights": "every cell keeps its partners; the strengths of synapses are exchanged at random",
     SILENCE: "the synapses from the named cells are cut",
     MATCHED: "the synapses from as many other cells are cut, drawn from the same population and quarter of "
     "out-degrees",
-    DECODER: "no brain: a ridge regression from the inputs of the last 200 ms to what the functions read, "
-    "fitted on the intact runs of the other seeds",
+    DECODER: "no brain: a linear formula computes what the functions read from what they gave to the brain "
+    "in the last 200 ms; it is fitted to the original runs of the other seeds",
     "animal": "the network of another file",
     "brain": "another simulator of the brain",
     "world": "another simulator of the world",
@@ -166,6 +169,31 @@ class Evidence:
         """What the finding needs."""
         parts = [part for judged in self.finding for part in judged.parts]
         return doing_of({one.other: one.relation(part.margin) for one in part.contrasts} for part in parts)
+
+    @property
+    def seeds_to_decide(self) -> int | None:
+        """About how many seeds decide what the finding needs, if the others are like these.
+
+        None if it is decided already, or would not be by :data:`MOST_SEEDS`.
+        """
+        parts = [part for judged in self.finding for part in judged.parts]
+        now = seeds = len(self.diff.grid.seeds)
+        while self.doing is Doing.OPEN and seeds < MOST_SEEDS:
+            seeds = max(seeds + 1, round(1.1 * seeds))
+            later = [[one.estimate.scaled(seeds / now) for one in part.contrasts] for part in parts]
+            p_values = iter(holm([estimate.p_different for row in later for estimate in row]))
+            relations = (
+                {
+                    one.other: replace(one, estimate=estimate, p_different=next(p_values)).relation(
+                        part.margin
+                    )
+                    for one, estimate in zip(part.contrasts, row, strict=True)
+                }
+                for part, row in zip(parts, later, strict=True)
+            )
+            if doing_of(relations) is not Doing.OPEN:
+                return seeds
+        return None
 
     @property
     def sentence(self) -> str:

@@ -25,11 +25,13 @@ class Estimate:
         mean: the estimate.
         error: its standard error; NaN for a single value.
         freedom: degrees of freedom of the error.
+        is_share: whether it is that of matched shares.
     """
 
     mean: float
     error: float
     freedom: int
+    is_share: bool = False
 
     @classmethod
     def of(cls, values: FloatArray) -> Estimate:
@@ -45,18 +47,33 @@ class Estimate:
         If all are 0, the usual error would be 0 even for few. Half an observation is added to
         each of the four cells of the table: Agresti and Min 2005, Statistics in Medicine 24:729.
         """
-        n = len(differences) + 2
-        mean = float(np.sum(differences)) / n
-        variance = (float(np.sum(differences**2)) + 1) / n - mean**2
-        return cls(mean, sqrt(variance / n), len(differences) - 1)
+        return cls._of_shares(float(np.sum(differences)), float(np.sum(differences**2)), len(differences))
+
+    @classmethod
+    def _of_shares(cls, total: float, squares: float, n: int) -> Estimate:
+        mean = total / (n + 2)
+        variance = (squares + 1) / (n + 2) - mean**2
+        return cls(mean, sqrt(variance / (n + 2)), n - 1, is_share=True)
+
+    def scaled(self, factor: float) -> Estimate:
+        """Return the estimate from as many seeds, times a factor, if the others are like these."""
+        n = self.freedom + 1
+        if n < 2:
+            return self
+        more = max(2, round(factor * n))
+        if not self.is_share:
+            return replace(self, error=self.error * sqrt(n / more), freedom=more - 1)
+        squares = (n + 2) * ((n + 2) * self.error**2 + self.mean**2) - 1
+        return self._of_shares((n + 2) * self.mean * more / n, squares * more / n, more)
 
     @property
     def interval(self) -> tuple[float, float]:
-        """The 90 % confidence interval."""
+        """The 90 % confidence interval; a difference of shares is between -1 and 1."""
+        most = 1.0 if self.is_share else inf
         if self.freedom < 1:
-            return -inf, inf
+            return -most, most
         reach = self.error * _t().ppf(1 - ALPHA, self.freedom)
-        return self.mean - reach, self.mean + reach
+        return max(self.mean - reach, -most), min(self.mean + reach, most)
 
     @property
     def p_different(self) -> float:

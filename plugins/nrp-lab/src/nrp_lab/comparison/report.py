@@ -17,8 +17,8 @@ from nrp_core.recording import Difference
 from nrp_core.utilities import join_with_limit
 from nrp_lab.comparison.divergence import Divergence
 from nrp_lab.comparison.engine_verdict import EngineVerdict
-from nrp_lab.comparison.evidence import Evidence
-from nrp_lab.comparison.grid import ORIGINAL
+from nrp_lab.comparison.evidence import MOST_SEEDS, Doing, Evidence
+from nrp_lab.comparison.grid import ORIGINAL, SILENCE
 from nrp_lab.comparison.judgement import Answer, Contrast, Factor, JudgedPart, Judgement, Relation
 from nrp_lab.comparison.metric import DistanceMetric, Metric
 from nrp_lab.comparison.old_records import RecordsDiff
@@ -33,6 +33,14 @@ _DEPENDS_ON = {
     Answer.BOTH: "the brain and on the world",
     Answer.WIRING: "the wiring",
     Answer.TIMESTEP: "the loop's time step",
+}
+_KINDS = {
+    "rewire": "rewired synapses",
+    SILENCE: "silenced cells",
+    "animal": "the wiring of another animal",
+    "brain": "another brain simulator",
+    "world": "another physics engine",
+    "timestep": "another time step of the loop",
 }
 VERDICTS = {
     Relation.DIFFERENT: "changes the finding",
@@ -82,6 +90,34 @@ def subject(diff: GridDiff) -> str:
         + (f", the world in steps of {milliseconds(grid.world_step_ns):g} ms" if grid.world_step_ns else "")
         + "".join(f", {key}={values}" for key, values in grid.varied.items())
     )
+
+
+def evidence_subject(found: Evidence) -> str:
+    """Describe the runs of an experiment and its controls."""
+    grid, failures = found.diff.grid, len(found.diff.failures)
+    failed = f", {failures} of them not complete" if failures else ""
+    seeds = f"{len(grid.seeds)} seeds, {grid.seeds[0]} to {grid.seeds[-1]}"
+    return (
+        f"{len(found.diff.runs)} runs{failed}: the original and {len(found.controls)} controls, each from "
+        f"the same {seeds}; brain simulator {grid.brains[0]}, physics engine {grid.worlds[0]}"
+        + "".join(f"; {key} is drawn from {values} with each seed" for key, values in grid.varied.items())
+    )
+
+
+def seeds_advice(found: Evidence) -> str:
+    """Say how many seeds would decide an open question; empty if it is decided."""
+    if found.doing is not Doing.OPEN:
+        return ""
+    if (seeds := found.seeds_to_decide) is None:
+        return f"Not even {MOST_SEEDS} seeds like these would decide it"
+    runs = seeds * (1 + len(found.controls))
+    return f"About {seeds} seeds ({runs} runs) would decide it, if the others are like these"
+
+
+def untried(found: Evidence) -> list[str]:
+    """Return the kinds of controls that were not tried."""
+    tried = {name.partition(":")[0] for name in found.controls}
+    return [words for kind, words in _KINDS.items() if kind not in tried]
 
 
 def finding(diff: GridDiff | Evidence) -> str:
@@ -176,6 +212,7 @@ def evidence_data(found: Evidence) -> dict[str, Any]:
         "controls": {name: found.relation(name) for name in found.controls},
         "doing": found.doing.name.lower(),
         "sentence": found.sentence,
+        "seeds_to_decide": found.seeds_to_decide,
         "left_out": found.left_out,
         "decoder": {"missing": found.without_decoder, "explained": found.explained},
         "recordings": recordings,
@@ -186,7 +223,9 @@ def print_evidence(found: Evidence, console: Console) -> None:
     """Write the cause of the finding and the effect of each control."""
     _print_incomplete(console, found.diff.incomplete)
     console.print(Text(found.sentence, style="bold"))
-    console.print(Text(f"{found.diff.name}, {subject(found.diff)}; {finding(found)}", style="dim"))
+    console.print(Text(f"{found.diff.name}, {evidence_subject(found)}; {finding(found)}", style="dim"))
+    if recommended := seeds_advice(found):
+        console.print(Text(recommended, style="yellow"))
     for name, why in found.left_out.items():
         console.print(Text(f"The control {name} was left out: {why}", style="yellow"))
     if found.without_decoder:

@@ -393,14 +393,18 @@ def evidence_page(found: Evidence, link: Callable[[GridCell], str], played: Coll
         played: the runs with such a page.
     """
 
-    def mean(judged: Judgement, part: JudgedPart, wiring: str) -> str:
+    def value(judged: Judgement, part: JudgedPart, wiring: str) -> str:
         values = [value for cell in part.cells if cell.wiring == wiring for value in cell.values]
-        return report.number(float(np.mean(values)), judged.metric.unit) if values else "none"
+        if getattr(judged.metric, "is_share", False):
+            return f"in {sum(values):.0f} of {len(values)} runs"
+        return (
+            f"on average {report.number(float(np.mean(values)), judged.metric.unit)}" if values else "never"
+        )
 
     description = str(next(iter(found.diff.runs.values())).settings.get("description") or "")
     return _render(
         "evidence.html.j2", found=found, figures=list(grid_figures(found.diff)), words=report, about=about,
-        link=link, played=played, mean=mean, verdicts=report.VERDICTS, note=description,
+        link=link, played=played, value=value, verdicts=report.VERDICTS, note=description,
     )  # fmt: skip
 
 
