@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from nrp_cockpit.streaming import live
 from nrp_cockpit.wire.channels import Channel, Sent
 from nrp_cockpit.wire.memory import PAST, Memory
 from visitors import Cockpit, Visitor, cockpit, portions
@@ -179,15 +178,29 @@ def test_a_topic_is_remembered_from_when_somebody_first_asked_for_it(
     assert heard[0].t_ns < 600_000_000
 
 
-def test_steps_that_cannot_be_revisited_are_not_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(live, "ALONE_NS", 0)
-    with cockpit() as opened:
-        session = opened.session
-        with opened.visit() as visitor:
-            visitor.subscribe(SPIKES)
-            visitor.call("step", n=2)
-            assert session.stream.is_active
-        session.ask(lambda: session.step(1))
-        session.ask(lambda: session.step(1))
-        assert not session.stream.is_active
-        assert SPIKES not in session.hub.memory
+def test_a_client_that_comes_late_gets_what_one_got_that_was_there_from_the_beginning() -> None:
+    topics = SPIKES, MODELS, "/husky/cmd_vel", CAMERA
+    with cockpit() as watched, cockpit() as unwatched:
+        with watched.visit() as early:
+            early.subscribe(PAST, *topics)
+            early.call("seek", t_s=1.0)
+            expected = {topic: portions(early.call, topic) for topic in topics}
+        session = unwatched.session
+        session.ask(lambda: session.seek(1.0))
+        with unwatched.visit() as late:
+            late.subscribe(PAST, *topics)
+            late.until(lambda: late.heard[CAMERA] and set(topics) <= pasts(late).keys())
+            assert {topic: portions(late.call, topic) for topic in topics} == expected
+            assert {pasts(late)[topic]["from_s"] for topic in (SPIKES, MODELS, "/husky/cmd_vel")} == {0.0}
+    assert all(expected.values())
+
+
+def test_a_run_is_remembered_after_its_last_client_has_left(opened: Cockpit) -> None:
+    session = opened.session
+    with opened.visit() as visitor:
+        visitor.call("reset", what="all")
+        visitor.call("step", n=2)
+    session.ask(lambda: session.step(3))
+    with opened.visit() as late:
+        times_ns = {one.t_ns for one in portions(late.call, MODELS)}
+        assert times_ns == {0, 40_000_000, 80_000_000, 100_000_000}

@@ -79,7 +79,7 @@ def test_a_new_visitor_gets_the_last_reports_at_once(opened: Cockpit) -> None:
 def test_topics_that_are_not_remembered_are_sampled_only_for_subscribers(
     opened: Cockpit, visitor: Visitor
 ) -> None:
-    remembered = {"spikes", "devices", "/gazebo/model_states", "/husky/camera"}
+    remembered = {"spikes", "devices", "published", "/gazebo/model_states", "/husky/camera"}
     visitor.subscribe("/tf", "/scene")
     visitor.call("step", n=5)
     visitor.until(lambda: visitor.heard["/tf"] and visitor.heard["/scene"])

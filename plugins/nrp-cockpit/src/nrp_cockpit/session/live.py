@@ -54,7 +54,7 @@ class LiveSession(Session):
     ) -> None:
         super().__init__(hub, requests)
         self.beside: Companion | None = None
-        self._jumping = self._is_halted = self._is_shown = False
+        self._jumping = self._is_halted = False
         self._going_since: float | None = None
         self._gone_s = 0.0
         self._files = files
@@ -135,8 +135,19 @@ class LiveSession(Session):
 
     def _advance(self) -> None:
         """Run until the end or until a request arrives."""
-        self._guarded(lambda: self.run.run_until(seconds(self._until_ns)))
+        if self.now_ns == 0:
+            self._take_first_step()
+        else:
+            self._guarded(lambda: self.run.run_until(seconds(self._until_ns)))
         self._look_whether_there()
+
+    def _take_first_step(self) -> None:
+        """Take the first step, and say so meanwhile: a brain that is compiled for it can take a minute."""
+        self.doing = "Preparing the first step"
+        self.reports.status()
+        self._guarded(self.run.step)
+        self.doing = ""
+        self.reports.status()
 
     def _idle(self) -> None:
         self.stream.take()
@@ -158,26 +169,26 @@ class LiveSession(Session):
             self.stream.take_poses_again()  # those of the last step, which are not sent with every step
 
     def _after_step(self, loop: Any) -> None:
-        # with cold caches each call takes microseconds, so few are made while no client watches
         if self.beside is not None and not self._jumping:
             began_ns = work.now_ns()
             self.beside.follow()  # before the report, which compares equal steps
             loop.account.total_ns -= work.now_ns() - began_ns  # the second run is not part of this one
-        if self.hub.listeners or self._is_shown:
+        if self.hub.listeners:
             self._show_step()
-        elif loop.brain.now_ns >= self.past.due_ns:
-            self.past.after_step(ALONE_NS)
+        else:
+            self.stream.take()  # whoever comes late sees what happened
+            if loop.brain.now_ns >= self.past.due_ns:
+                self.past.after_step(ALONE_NS)
         if self.requests.wanted:
             loop.stop()
 
     def _show_step(self) -> None:
-        """Send the step to the clients; also once after the last one has left, to end the observation."""
+        """Send the step to the clients."""
         self.functions.costs.watch()
         with self.hub.together():
             self.stream.take()
             self.reports.after_step()
         self.past.after_step(WATCHED_NS)
-        self._is_shown = self.stream.is_active
 
     # -- time
 

@@ -40,10 +40,8 @@ from nrp_core.world.topics import Direction, Stamped, TopicInfo
 
 Open = Callable[[], Signal]
 
-ALONE_NS = 30 * NS_PER_S
-"""Wall time for which a run is remembered after its last client has left: a page may be opened again."""
-_ALWAYS = ("spikes", "devices", MODEL_STATES)
-"""The sources of topics that are remembered as soon as there is a client."""
+_ALWAYS = ("spikes", "devices", "published", MODEL_STATES)
+"""The sources of topics that are remembered from the beginning."""
 PERIOD_NS = 40_000_000
 """Simulated time between two messages with the poses of models: 25 Hz."""
 _NOW_ONLY = (SCENE, TRANSFORMS)
@@ -96,8 +94,9 @@ class Throttled(Signal):
 class LiveStream:
     """The topics of a run, sent to a hub step by step. All methods belong to the thread of the run.
 
-    While there are clients, and for some time after the last one has left, the hub remembers spikes, devices,
-    the poses of models, the images of cameras that the run uses, and each topic that was ever subscribed to.
+    The hub remembers spikes, devices, the poses of models, published messages, the sensors that the run uses
+    (of cameras the last image), and each topic that was ever subscribed to. It does so from the beginning, so
+    that whoever opens a page late sees what happened.
 
     Args:
         run: the run; its topics are advertised immediately.
@@ -111,12 +110,11 @@ class LiveStream:
         self._sources: dict[str, str] = {}
         self._open: dict[str, Signal] = {}
         self._offered: set[str] = set()  # topics that are there now
-        self._subscribed: frozenset[str] = frozenset()
-        self._kept: set[str] = set()  # topics to be remembered while a client watches
+        self._subscribed: frozenset[str] | None = None  # those that it follows
+        self._kept: set[str] = set()  # topics to be remembered
         self._known: set[str] = set()  # topics that are remembered
         self._images: dict[str, int] = {}  # the topics of cameras, with the time between two images, ns
         self._wanted: set[str] = set()  # topics that are sent
-        self._watched_ns = 0  # wall time at which there was a client
         self._joined = 0
         self._steps = self._spent_ns = 0
         self._now_ns = -1
@@ -128,11 +126,6 @@ class LiveStream:
     def ms_per_step(self) -> float | None:
         """Mean additional wall time of a step with subscribers, ms; None before the first."""
         return self._spent_ns / self._steps / 1e6 if self._steps else None
-
-    @property
-    def is_active(self) -> bool:
-        """Whether it observes any topic, or keeps messages that the next step makes invalid."""
-        return bool(self._open or self._left)
 
     @property
     def longest_period_ns(self) -> int:
@@ -156,11 +149,6 @@ class LiveStream:
             self._follow()
         if self._open:
             began, now_ns = time.perf_counter_ns(), self._run.loop.now_ns
-            if hub.listeners:
-                self._watched_ns = began
-            elif now_ns != self._now_ns and began - self._watched_ns > ALONE_NS:
-                self.close()
-                return
             is_step, self._now_ns = now_ns != self._now_ns, now_ns
             for signal in tuple(self._open.values()):
                 signal.take(now_ns, self._send)
@@ -207,9 +195,9 @@ class LiveStream:
         """Open topics that are now subscribed to or kept, and close all others."""
         hub = self._hub
         joined, self._joined, self._subscribed = self._joined, hub.joined[SCENE], hub.subscribed
-        subscribed = {topic for topic in self._subscribed if topic in self._sources}
+        subscribed = {topic for topic in hub.subscribed if topic in self._sources}
         self._kept |= subscribed.difference(_NOW_ONLY)
-        self._wanted = subscribed | (self._kept if hub.listeners or self._known else set())
+        self._wanted = subscribed | self._kept
         self._remember(self._wanted.difference(_NOW_ONLY))
         wanted = {self._sources[topic] for topic in self._wanted}
         for name in self._open.keys() - wanted:
@@ -271,7 +259,7 @@ class LiveStream:
             if each.response is None:
                 self._offer_topic(each)
         self._withdraw(self._sources.keys() - self._offered)
-        self._subscribed = frozenset()  # some of them may be kept
+        self._subscribed = None  # some of them may be kept
 
     def _offer_weights(self, projection: Projection) -> None:
         brain, topic = self._run.brain, weights_topic(projection.label)
@@ -292,10 +280,10 @@ class LiveStream:
         elif topic.type is Image:
             self._offer_messages(topic, Kind.LATEST)
             self._images[topic.name] = round(NS_PER_S / (topic.rate_hz or NS_PER_S / period_ns))
-            if topic.name in world.subscribed:
-                self._kept.add(topic.name)
         else:
             self._offer_messages(topic, Kind.EVERY)
+        if topic.direction is Direction.OUT and topic.name in world.subscribed & self._sources.keys():
+            self._kept.add(topic.name)
 
     def _offer_messages(self, topic: TopicInfo, lost: Kind) -> None:
         world, period_ns = self._run.world, self._run.experiment.timestep
