@@ -11,7 +11,10 @@ const looks = {
   null: { look: "open", icon: "clock", words: "not decided yet" },
 } as const satisfies Record<string, { look: string; icon: IconName; words: string }>;
 
-/** Criteria as bars over the time that they watch; hatched while they are not decided. The more overlap, the thinner. */
+/**
+ * Criteria as bars over the time that they watch; hatched while they are not decided. The more overlap, the thinner.
+ * Those that are not met say why, also beside a short bar; a click on them goes to no other time.
+ */
 export function CriteriaLane({ criteria, span }: { criteria: TimelineData["criteria"]; span: Span }) {
   const rows = stack(criteria);
   const count = Math.max(1, ...rows.map((row) => row + 1));
@@ -29,16 +32,20 @@ export function CriteriaLane({ criteria, span }: { criteria: TimelineData["crite
         const to = Math.min(percent(span, to_s), 100);
         if (to < 0 || from > 100) return null;
         const place = { left: `${from}%`, width: `${to - from}%`, "--row": rows[at] };
+        const failed = passed === false;
+        const Bar = failed ? "button" : "div";
         return (
           <Tooltip key={name} text={`${name}: ${text || words}`}>
-            <li className={`timeline-criterion timeline-${look}`} style={place}>
-              <Icon name={icon} small />
-              <span className="cut">
-                {name}
-                <span className="hidden-text">
-                  , {words}: {text}
+            <li className={`timeline-criterion timeline-${look}`} style={place} data-late={from > 60}>
+              <Bar type={failed ? "button" : undefined} className="timeline-bar">
+                <Icon name={icon} small />
+                <span className="cut">
+                  {name}
+                  <span className={failed ? undefined : "hidden-text"}>
+                    , {words}: {text}
+                  </span>
                 </span>
-              </span>
+              </Bar>
             </li>
           </Tooltip>
         );
