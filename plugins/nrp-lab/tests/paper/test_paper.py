@@ -190,3 +190,8 @@ def test_wheels_that_cannot_be_built_are_named(tmp_path: Path, monkeypatch: pyte
     monkeypatch.setattr(requirements, "distribution", lambda _: SimpleNamespace(read_text=lambda _: origin))
     monkeypatch.setattr(subprocess, "run", lambda *_, **__: SimpleNamespace(returncode=1))
     assert requirements.write_wheels(["nrp-core==1", "numpy==2"], tmp_path) == ["nrp-core"]
+
+
+def test_an_archive_is_verified_without_matplotlib_which_it_does_not_require() -> None:
+    hidden = "import sys; sys.modules['matplotlib'] = None; import nrp_lab.paper.verification"
+    subprocess.run([sys.executable, "-P", "-c", hidden], check=True)

@@ -17,7 +17,6 @@ from nrp_core.utilities import replacing, writing
 from nrp_lab.comparison.grid import ORIGINAL, GridCell, RunGrid, run_grid
 from nrp_lab.comparison.metric import Margins, all_metrics
 from nrp_lab.comparison.report import grid_data, headline
-from nrp_lab.comparison.report_page import grid_page
 from nrp_lab.comparison.result import GridDiff
 from nrp_lab.comparison.signals import RunSignals
 from nrp_lab.paper.latex import latex_tables
@@ -90,6 +89,8 @@ def _write_verdict(grid: RunGrid, runs: Mapping[GridCell, RunSignals], folder: P
     """Write the verdict of ``nrp diff`` on the runs, and return its headline; None without two conditions."""
     if len(grid.conditions) < 2 or len(grid.seeds) < 2:
         return None
+    from nrp_lab.comparison.report_page import grid_page  # with Matplotlib, which a reviewer need not have
+
     metrics = all_metrics()
     found = GridDiff.of(grid, runs, metrics, Margins.parse((), metrics), folder / RUNS)
     (folder / "verdict.html").write_text(grid_page(found), "utf-8")
