@@ -25,13 +25,14 @@ from nrp_core.scene.rigid import (
     Wrench,
 )
 from nrp_core.world.engine_kit.firm_joints import JointPath, firm_joints
-from nrp_core.world.engine_kit.joint_servo import ExplicitServos, servoed_joints
+from nrp_core.world.engine_kit.joint_servo import ExplicitServos, Stops, servoed_joints
 from nrp_core.world.engine_kit.simulated import Decay
-from nrp_world_pybullet.build import BodyHandle, Built
+from nrp_world_pybullet.build import FAR_AWAY, BodyHandle, Built
 from nrp_world_pybullet.firm import BulletFirmJoints
 from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.motion import Inertia, JointReader, Moving
 from nrp_world_pybullet.muscles import Muscles
+from nrp_world_pybullet.soft_limits import SoftLimits, references_of
 
 USUAL: Final = 50
 """PyBullet's own number of iterations."""
@@ -70,7 +71,7 @@ class Tree:
 
     Args:
         joints: all movable joints with their handles, in PyBullet's order.
-        model: the name of their model.
+        model: their model.
         inertia: the inertia of the joints.
         client: the physics client.
         step_s: the physics step.
@@ -80,14 +81,14 @@ class Tree:
     def __init__(
         self,
         joints: Sequence[tuple[Joint, BodyHandle]],
-        model: str,
+        model: Model,
         inertia: Inertia,
         client: int,
         step_s: float,
         muscles: Muscles,
     ) -> None:
         ways = [joint for joint, _ in joints for _ in joint.coordinates]
-        self.paths = [(model, name) for joint, _ in joints for name in joint.coordinates]
+        self.paths = [(model.name, name) for joint, _ in joints for name in joint.coordinates]
         self._multibody, self._links = joints[0][1].multibody, [place.link for _, place in joints]
         self._inertia, self._client = inertia, client
         self._single = len(ways) == len(joints)
@@ -103,6 +104,19 @@ class Tree:
         self._undamped = set[int]()
         limits = [joint.effort for joint in ways]
         self.servos = ExplicitServos(limits, step_s, dampers if self.strongly_damped else None)
+        self._stops = self._soft_limits(model, ways, step_s) if self.has_muscles else None
+
+    def _soft_limits(self, model: Model, ways: Sequence[Joint], step_s: float) -> Stops | None:
+        """Replace PyBullet's hard limits by those of MJCF, where all other efforts are known."""
+        rest = np.zeros(len(ways))
+        if self._inertia.bias(rest, rest) is None:
+            return None
+        limits = SoftLimits(ways, references_of(model), self._inertia.now(rest), step_s)
+        for n in limits.coordinates:
+            where = self._multibody, self._links[n]
+            far = {"jointLowerLimit": -FAR_AWAY, "jointUpperLimit": FAR_AWAY}
+            bullet.changeDynamics(*where, **far, physicsClientId=self._client)
+        return limits.push if limits.coordinates else None
 
     @property
     def has_muscles(self) -> bool:
@@ -145,7 +159,7 @@ class Tree:
             known = springs + pulls
             bias = self._inertia.bias(positions, velocities)
         inertia = self._inertia.now(positions)
-        efforts = self.servos.push(positions, velocities, inertia, known, viscosity, bias)
+        efforts = self.servos.push(positions, velocities, inertia, known, viscosity, bias, self._stops)
         return efforts, self.servos.braking + springs
 
     def drive(self, efforts: FloatArray) -> bool:
@@ -234,7 +248,7 @@ class Control:
             joints = [(joint, place) for joint, place in movable if place.multibody == multibody]
             joints.sort(key=lambda each: each[1].link)
             inertia = Inertia(bodies, multibody, self._client)
-            tree = Tree(joints, model.name, inertia, self._client, self._step_s, self._muscles)
+            tree = Tree(joints, model, inertia, self._client, self._step_s, self._muscles)
             if multibody in servoed or tree.strongly_damped or tree.sprung:
                 yield tree
 

@@ -8,7 +8,7 @@ unstable.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,8 @@ from nrp_core._support.small_matrices import product
 from nrp_core.scene.model import Model
 from nrp_core.scene.rigid import ServoTarget
 from nrp_core.world.engine_kit.elimination import solve
+
+Stops = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 
 
 def servoed_joints(model: Model) -> tuple[str, ...]:
@@ -46,8 +48,8 @@ class ExplicitServos:
         dampers: damping of the joints' dampers, N m s/rad or N s/m; None for none.
 
     Attributes:
-        braking: the efforts of the dampers in the next step, which have no limit; and by how much damping
-            reduces those of muscles.
+        braking: the efforts of the dampers in the next step, which have no limit, and of the stops; and by
+            how much damping reduces those of muscles.
     """
 
     def __init__(self, limits: Sequence[float], step_s: float, dampers: FloatArray | None = None) -> None:
@@ -83,6 +85,7 @@ class ExplicitServos:
         springs: FloatArray | float = 0.0,
         viscosity: FloatArray | float = 0.0,
         bias: FloatArray | None = None,
+        stops: Stops | None = None,
     ) -> FloatArray:
         """Return the servos' efforts in the next step, from the joints' state at its start, shape ``(n,)``.
 
@@ -93,6 +96,8 @@ class ExplicitServos:
             springs: efforts of springs and muscles in that step, shape ``(n,)`` or a scalar.
             viscosity: damping of these efforts, which fall as velocities rise; shape ``(n, n)`` or 0.
             bias: the efforts with which the joints do not accelerate, shape ``(n,)``; None if unknown.
+            stops: returns the efforts of the limits of joints, by positions, velocities, inertia and the
+                efforts that accelerate the joints without them; None: the engine has the limits.
         """
         dt = self._step_s
         load: FloatArray = np.zeros(len(positions))
@@ -105,8 +110,12 @@ class ExplicitServos:
         wanted = stiffness * position + damping * velocity + effort - stiffness * positions
         damping, dampers = damping + stiffness * dt, self._dampers  # backward Euler
         wanted = wanted - damping * velocities
+        stopped: FloatArray | float = 0.0
         for _ in range(2):
             free = wanted - dampers * velocities + springs - load
+            if stops is not None:
+                stopped = stops(positions, velocities, inertia, free)
+                free = free + stopped
             mass = inertia + dt * viscosity
             mass.reshape(-1)[:: len(mass) + 1] += dt * (damping + dampers)
             ahead = solve(mass, free[:, None])[:, 0]
@@ -116,7 +125,7 @@ class ExplicitServos:
                 break
             # dampers act on the motion by the limited effort of a servo, not by the requested one
             wanted, damping = np.where(strained, efforts, wanted), np.where(strained, 0.0, damping)
-        self.braking = -dampers * (velocities + dt * ahead)
+        self.braking = stopped - dampers * (velocities + dt * ahead)
         if isinstance(viscosity, np.ndarray):
             self.braking -= product(dt * viscosity, ahead)
         self._efforts, self._velocities = efforts + self.braking + springs, velocities

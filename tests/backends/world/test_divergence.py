@@ -18,6 +18,8 @@ from nrp_core.world.backends import worlds
 
 N = 12
 _MS = 1_000_000
+SOFTER = "solreflimit='-3000 -20' solimplimit='.5 .9 .1 .4 3' margin='.01' "
+"""Properties of limits away from their defaults."""
 
 
 def neck(mass: float = 0.02, force: float = 500.0) -> str:
@@ -81,9 +83,12 @@ def test_muscles_that_throw_joints_out_of_their_limits_are_a_divergence(
             assert np.abs(world.joint_states("base").positions).max() < 3.0
 
 
+@pytest.mark.parametrize("limits", ["", "range='-5 5' limited='true' ", f"range='-5 5' {SOFTER}"])
 @pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
-def test_light_links_with_strong_muscles_move_as_in_mujoco_alone(tmp_path: Path, engine: str) -> None:
-    text = neck(force=200.0).replace("range='-60 60' limited='true' ", "")
+def test_light_links_with_strong_muscles_move_as_in_mujoco_alone(
+    tmp_path: Path, engine: str, limits: str
+) -> None:
+    text = neck(force=200.0).replace("range='-60 60' limited='true' ", limits)
     file = tmp_path / "neck.xml"
     file.write_text(text.replace("<worldbody>", "<option integrator='implicitfast'/><worldbody>"))
     model = mujoco.MjModel.from_xml_path(str(file))
