@@ -8,7 +8,6 @@ recursively. Their path does not matter, so a new environment with the same sour
 
 from __future__ import annotations
 
-import ctypes
 import hashlib
 import logging
 from collections.abc import Callable, Iterator
@@ -274,15 +273,11 @@ if COMPILED:
     event.register("numba:compile", _Compiling())
 
 else:
+    from nrp_core._support.plain import array_at as array_at
 
     def borrowed(arrays: A) -> A:
         """Return the array or arrays."""
         return arrays
-
-    def array_at(place: int, n: int, like: Any) -> Any:
-        """Return the array of ``n`` elements at a place in memory, of the type of another array."""
-        memory = (ctypes.c_char * (int(n) * like.itemsize)).from_address(int(place))
-        return np.frombuffer(memory, like.dtype)
 
     def fma(a: float, b: float, c: float) -> float:
         """Return ``a * b + c``."""

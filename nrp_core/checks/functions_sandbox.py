@@ -11,10 +11,12 @@ import json
 import os
 import pickle
 import sys
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from nrp_core._support import plain
 from nrp_core._support.confinement import confine
 
 if TYPE_CHECKING:
@@ -31,6 +33,20 @@ def load() -> None:
     counter.count_red = lambda pixels: (pixels.size // 12, pixels.size // 12)
     counter.red_colors = lambda colors: colors[:, 0] < 0
     sys.modules.setdefault(counter.__name__, counter)
+    _load_as_python("nrp_core.brain.devices.train_kernel", "nrp_core.brain.devices.membrane_kernel")
+
+
+def _load_as_python(*kernels: str) -> None:
+    """Import modules whose functions are compiled otherwise; a few steps take longer to compile than to run."""
+    compiler = "nrp_core._support.jit"
+    if compiler in sys.modules:
+        return
+    sys.modules[compiler] = plain
+    try:
+        for name in kernels:
+            import_module(name)
+    finally:
+        del sys.modules[compiler]
 
 
 def main(question: str, cpu_s: str, scratch: str) -> int:
