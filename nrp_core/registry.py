@@ -187,8 +187,12 @@ class Registry(Generic[T]):
         return next((one for one, groups in OPTIONAL.items() if name in groups.get(self.group, ())), None)
 
     def _import(self, provider: Provider) -> object:
+        from nrp_core._support.driver import NoMatches
+
         try:
             return _plugin(self.group, provider.name, installed())
+        except NoMatches as error:
+            raise BackendLoadError(f"{self.kind} '{provider.name}' of {provider} vanished") from error
         except Exception as error:
             if isinstance(error, ImportError) and (error.name or "").startswith("nrp_core."):
                 raise IncompatibleBackendError(
@@ -223,7 +227,9 @@ def _providers(group: str, _state: State) -> tuple[Provider, ...]:
 @lru_cache(maxsize=256)
 def _plugin(group: str, name: str, _state: State) -> object:
     """Return an imported plugin, cached: a look-up takes 1 ms, and each new world makes several."""
-    return next(entry for entry in entries(group) if entry.name == name).load()
+    from nrp_core._support.driver import Driver
+
+    return Driver(group, name).driver
 
 
 def _reinstall(provider: Provider) -> str:
