@@ -37,7 +37,7 @@ def load() -> None:
 
 
 def _load_as_python(*kernels: str) -> None:
-    """Import modules whose functions are compiled otherwise; a few steps take longer to compile than to run."""
+    """Import modules of compiled functions; compiling them takes longer than a few steps in Python."""
     compiler = "nrp_core._support.jit"
     if compiler in sys.modules:
         return
