@@ -144,7 +144,7 @@ _RC: dict[Any, Any] = {
     "grid.linewidth": 0.6,
     "figure.facecolor": PAPER,
     "savefig.facecolor": PAPER,
-    "svg.fonttype": "none",
+    "svg.fonttype": "path",  # the same letters where another machine lacks the font
     "pdf.fonttype": 42,
     "svg.hashsalt": "nrp-core",
 }
