@@ -9,10 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nrp_lab.copies import COPIES, Attempt, Opened, perform_side_by_side, why_alone
 from nrp_lab.sweep.executor import executor
-from nrp_lab.sweep.measuring import perform, perform_share
+from nrp_lab.sweep.measuring import may_step_together, perform, perform_share
 from nrp_lab.sweep.record import Record, Task
 
+from nrp_core.clock import seconds
 from nrp_core.experiment import Run, load_experiment
+from nrp_core.utilities import work
 
 MEASURES = ("criteria", "time_to_event", "criterion_distance")
 
@@ -60,6 +62,40 @@ def test_runs_that_stop_early_and_runs_that_cannot_begin_leave_the_others_alone(
     assert found == plain(list(map(perform, tasks)))
 
 
+FAILING = """
+import hbp_nrp_client.tf_framework as nrp
+import numpy as np
+from sensor_msgs.msg import LaserScan
+
+@nrp.MapRobotSubscriber("scan", nrp.Topic("/pioneer/scan", LaserScan))
+@nrp.Robot2Neuron(triggers=["scan"], vectorized=True)
+def look(t, scan):
+    if t > 0.1 and np.isinf(scan.value.ranges).all(axis=1).any():
+        raise ValueError("nothing in sight")
+"""
+
+
+@pytest.mark.parametrize("on_error", ["stop", "quarantine"])
+def test_a_function_that_fails_in_one_of_them_leaves_the_others_alone(tmp_path: Path, on_error: str) -> None:
+    (tmp_path / "fail.py").write_text(FAILING)
+    outside = ("world.robots.pioneer.pose=[-200, 0, 0.0975, 0, 0, 0]",)
+    more = (f"transfer_functions=[{tmp_path / 'fail.py'}]", f"on_error={on_error}")
+    tasks = [
+        task(seed, "slalom_pioneer", seed, 12, (*more, *(outside if seed == 2 else ()))) for seed in range(4)
+    ]
+    found = plain(list(perform_share(tasks)))
+    assert [record.complete for record in found] == [True, True, False, True]
+    assert found == plain(list(map(perform, tasks)))
+
+
+def test_the_time_of_a_run_is_without_that_of_those_beside_it() -> None:
+    tasks = [task(seed, "slalom_pioneer", seed, 25) for seed in range(8)]
+    began_ns = work.now_ns()
+    records = list(perform_share(tasks))
+    assert all(record.elapsed_s > record.wall_time_s > 0 for record in records)
+    assert sum(record.elapsed_s for record in records) <= seconds(work.now_ns() - began_ns)
+
+
 @pytest.mark.heavy
 def test_processes_get_shares_of_them(tmp_path: Path) -> None:
     tasks = [task(seed, "slalom_pioneer", seed, 5) for seed in range(COPIES)]
@@ -67,6 +103,16 @@ def test_processes_get_shares_of_them(tmp_path: Path) -> None:
         found = plain(list(where.perform(tasks)))
     digests = [record.trajectory_digest for record in found]
     assert digests == [perform(one).trajectory_digest for one in tasks]
+
+
+@pytest.mark.parametrize(
+    ("overrides", "expected"),
+    [((), True), (("brain.backend=spinnaker",), False), (("brain.model=none.py",), False)],
+)
+def test_only_runs_that_step_together_are_given_to_a_process_as_a_share(
+    overrides: tuple[str, ...], expected: bool
+) -> None:
+    assert may_step_together(task(0, "slalom_pioneer", 1, 5, overrides)) is expected
 
 
 @pytest.mark.parametrize(

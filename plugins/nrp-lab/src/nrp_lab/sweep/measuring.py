@@ -25,7 +25,7 @@ from nrp_core.recording import FilesRead, Images, Recording, RecordingFolder, de
 from nrp_core.utilities import fingerprint, to_jsonable, work
 from nrp_lab.comparison.metric import METRICS, ScalarMetric
 from nrp_lab.comparison.signals import RunSignals
-from nrp_lab.copies import Attempt, Opened, perform_alone, perform_side_by_side
+from nrp_lab.copies import Attempt, Opened, perform_alone, perform_side_by_side, why_alone
 from nrp_lab.sweep.record import Record, Task
 
 _SEED = "seed="
@@ -106,7 +106,7 @@ def perform_share(tasks: Iterable[Task]) -> Iterator[Record]:
     Raises:
         BackendLoadError: as :func:`perform`.
     """
-    return perform_side_by_side(map(_attempt, tasks), _report)
+    return perform_side_by_side((_attempt(task, is_shared=True) for task in tasks), _report)
 
 
 def perform_list(tasks: Sequence[Task]) -> list[Record]:
@@ -115,12 +115,15 @@ def perform_list(tasks: Sequence[Task]) -> list[Record]:
 
 
 def may_step_together(task: Task) -> bool:
-    """Return whether no function of an experiment is called for each run; False if it cannot be prepared."""
+    """Return whether the run of a task steps together with others; False if it cannot be opened."""
     try:
-        plan = prepare(load_experiment(task.experiment, task.overrides))
+        experiment = load_experiment(task.experiment, task.overrides)
+        if not all(function.vectorized for function in prepare(experiment).functions):
+            return False  # most experiments; without engines
+        with Run(experiment) as run:
+            return not why_alone(run)
     except NrpError:
         return False
-    return all(function.vectorized for function in plan.functions)
 
 
 def _report(reason: str) -> None:
@@ -133,16 +136,20 @@ def _report(reason: str) -> None:
 _REPORTED: set[str] = set()
 
 
-def _attempt(task: Task) -> Attempt[Record]:
-    """Open the run of a task, and return its record after its end."""
+def _attempt(task: Task, *, is_shared: bool = False) -> Attempt[Record]:
+    """Open the run of a task, and return its record after its end; others may step meanwhile if it is shared.
+
+    One call of a function for all copies fails for all, so a shared run with a failure is repeated alone.
+    """
     require_code(task.code)
     began_ns, files = work.now_ns(), FilesRead()
     try:
-        record = yield from _attempt_run(task, files)
+        record = yield from _attempt_run(task, files, is_shared=is_shared)
     except NrpError as error:
         record = Record(task.id, task.index, error=_in_one_line(error))
         record = record.depending_on(dependencies(files, None))
-    return replace(record, elapsed_s=seconds(work.now_ns() - began_ns), attempts=task.attempt)
+    elapsed_s = record.elapsed_s + seconds(work.now_ns() - began_ns)
+    return replace(record, elapsed_s=elapsed_s, attempts=task.attempt)
 
 
 def require_code(code: Mapping[str, str], where: str = "a worker") -> None:
@@ -174,7 +181,8 @@ def scalar_metric(name: str) -> ScalarMetric:
     return metric
 
 
-def _attempt_run(task: Task, files: FilesRead) -> Attempt[Record]:
+def _attempt_run(task: Task, files: FilesRead, *, is_shared: bool) -> Attempt[Record]:
+    """Perform a run; ``elapsed_s`` of its record is the time in which only others stepped, negative."""
     with ExitStack() as stack:
         folder = None if task.recording is None else Path(task.recording)
         metrics = [scalar_metric(name) for name in task.measure]
@@ -184,28 +192,35 @@ def _attempt_run(task: Task, files: FilesRead) -> Attempt[Record]:
         run, files = RUN_CACHE.open(task, files, keep=keep)
         stack.callback(run.close)
         files.packages |= {METRICS.provider(name).package for name in task.measure}
-        yield from _ended(run, task, folder, files)
+        others_s = yield from _ended(run, task, folder, files)
+        if is_shared and run.loop.failures and not why_alone(run):
+            stack.close()
+            return replace(perform(task), elapsed_s=-others_s)
         with files:
             result = run.result()
             described = {"seed": result.seed, "settings": run.experiment, "result": result.to_dict()}
             signals = RunSignals(to_jsonable(described) if folder is None else Recording(folder))
             record = _record(task, result, _measured(metrics, signals, result))
         read = dependencies(files, run.experiment, run.world.scene, folder)
-        record = replace(record, drawn=_drawn(run)).depending_on(read)
+        record = replace(record, drawn=_drawn(run), elapsed_s=-others_s).depending_on(read)
         if keep:
             stack.pop_all()
             RUN_CACHE.give_back(task, run, files)
         return record
 
 
-def _ended(run: Run, task: Task, folder: Path | None, files: FilesRead) -> Attempt[None]:
-    """Yield a run to be taken to its end, recorded or not; a failure is in the result of the run."""
+def _ended(run: Run, task: Task, folder: Path | None, files: FilesRead) -> Attempt[float]:
+    """Yield a run to be taken to its end, recorded or not; a failure is in the result of the run.
+
+    Returns:
+        The wall time in which only other runs stepped, s.
+    """
     recorder = None
     if folder is not None:
         images = Images.HASH if task.recording else Images.OFF
         shutil.rmtree(folder, ignore_errors=True)  # of an earlier run, which is outdated or failed
         recorder = RecordingFolder(run, folder, images=images, files=files, snapshots_ns=None)
-    state = "failed"
+    state, began_ns, before_s = "failed", work.now_ns(), run.wall_s
     try:
         with _stopping(run, task.stop_when_failed):
             yield Opened(run, task.until_s, files)
@@ -213,8 +228,10 @@ def _ended(run: Run, task: Task, folder: Path | None, files: FilesRead) -> Attem
     except SimulationError:
         pass
     finally:
+        others_s = seconds(work.now_ns() - began_ns) - (run.wall_s - before_s)
         if recorder is not None:
             recorder.close(state)
+    return max(0.0, others_s)
 
 
 @contextmanager
