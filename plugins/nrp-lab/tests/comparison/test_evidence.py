@@ -285,6 +285,7 @@ def test_a_control_that_a_network_does_not_allow_leaves_the_others(tmp_path: Pat
     assert [cell.wiring for cell in runs] == ["original", "shuffle: weights"]
     assert list(left_out) == controls[:1]
     assert "rewired" in left_out[controls[0]]
+    assert "brain.controls" not in left_out[controls[0]]  # nobody wrote that override
     with pytest.raises(InvalidExperimentError):
         run_grid(grid, tmp_path, 1, lambda *_: None)
 

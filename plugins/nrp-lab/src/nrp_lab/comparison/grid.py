@@ -387,7 +387,7 @@ def run_grid(
         if error is not None:
             if left_out is None or cell.wiring == ORIGINAL or not isinstance(error, InvalidExperimentError):
                 raise error
-            left_out[cell.wiring] = str(error)
+            left_out[cell.wiring] = re.sub(r"^in the override '.*?': ", "", str(error))  # the grid's own
         done += 1
         on_progress(done, len(folders), str(cell))
     omitted = left_out or ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from itertools import groupby
 from typing import Any
@@ -125,9 +125,9 @@ def finding(diff: GridDiff | Evidence) -> str:
     return "the finding: " + (", ".join(one.metric.title.lower() for one in diff.finding) or "none")
 
 
-def advice(diff: GridDiff) -> str | None:
+def advice(judgements: Iterable[Judgement]) -> str | None:
     """Return advice for metrics without a spread between seeds."""
-    without = [judged for judged in diff.judgements if any(map(_lacks_spread, judged.parts))]
+    without = [judged for judged in judgements if any(map(_lacks_spread, judged.parts))]
     if not without:
         return None
     names = join_with_limit([judged.metric.title.lower() for judged in without], _MAX_NAMED)
@@ -192,7 +192,7 @@ def grid_data(diff: GridDiff) -> dict[str, Any]:
         "answer": diff.answer,
         "controls": diff.controls,
         "engines": engine_data(diff.engines),
-        "advice": advice(diff),
+        "advice": advice(diff.judgements),
         "finding": [one.metric.name for one in diff.finding],
         "metrics": {one.metric.name: _judgement(one) for one in diff.judgements},
         "divergences": [_divergence_data(one) for one in diff.divergences],
@@ -208,6 +208,7 @@ def evidence_data(found: Evidence) -> dict[str, Any]:
     }
     return {
         **grid_data(found.diff),
+        "advice": advice(found.finding),
         "finding": [one.metric.name for one in found.finding],
         "controls": {name: found.relation(name) for name in found.controls},
         "doing": found.doing.name.lower(),
@@ -402,7 +403,7 @@ def print_grid(diff: GridDiff, console: Console) -> None:
     if not diff.grid.compares_variants:
         _print_engines(console, diff.engines)
     console.print(Text(f"{diff.name}, {subject(diff)}; {finding(diff)}", style="dim"))
-    if (recommended := advice(diff)) is not None:
+    if (recommended := advice(diff.judgements)) is not None:
         console.print(Text(recommended, style="yellow"))
     table = _table("metric", "answer", "largest difference [90 %]")
     for judged in diff.judgements:
