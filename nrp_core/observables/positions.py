@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise, product
 from math import cos, hypot, pi, sin, sqrt
 
@@ -115,12 +116,8 @@ def _to_segment(a: GroundPoint, b: GroundPoint, point: GroundPoint) -> float:
     px, py = point[0] - a[0], point[1] - a[1]
     length2 = dx * dx + dy * dy
     t = min(1.0, max(0.0, (px * dx + py * dy) / length2)) if length2 else 0.0
-    return ground_length(px - t * dx, py - t * dy)
-
-
-def ground_length(x: float, y: float) -> float:
-    """Return a length on the ground; of many copies at once NumPy computes the same bits."""
-    return sqrt(x * x + y * y)
+    x, y = px - t * dx, py - t * dy
+    return sqrt(x * x + y * y)  # not hypot, of which NumPy computes other bits for many copies
 
 
 Poses = Mapping[str, Pose]
@@ -136,7 +133,6 @@ class GroundPositions:
         period_ns: time between two steps.
 
     Attributes:
-        poses: the poses at the moment.
         moving: the names of the models that can move, in the order of the scene.
     """
 
@@ -146,8 +142,8 @@ class GroundPositions:
         self._world, self._period_ns = world, period_ns
         self._are_reported = world.capabilities.poses
         self._scene: Scene | None = None
-        self._poses: Poses = {}
-        self._numbers: FloatArray | None = None
+        self._numbers: FloatArray
+        self.poses = {}
         self.refresh()
 
     def refresh(self) -> None:
@@ -161,20 +157,16 @@ class GroundPositions:
             self.moving = [model.name for model in self._scene.models if not model.static]
         self.poses = self._fixed | {name: engine.model_pose(name) for name in self.moving}
 
-    @property
+    @cached_property
     def poses(self) -> Poses:
-        if (numbers := self._numbers) is not None:
-            each = zip(self.moving, numbers.tolist(), strict=True)
-            self.poses = self._fixed | {name: Pose(tuple(row[:3]), tuple(row[3:])) for name, row in each}
-        return self._poses
-
-    @poses.setter
-    def poses(self, poses: Poses) -> None:
-        self._poses, self._numbers = poses, None
+        """The poses of all models at the moment; made from numbers when they are read."""
+        rows = zip(self.moving, self._numbers.tolist(), strict=True)
+        return self._fixed | {name: Pose(tuple(row[:3]), tuple(row[3:])) for name, row in rows}
 
     def set_numbers(self, numbers: FloatArray) -> None:
         """Set the present poses of the moving models: positions and orientations (x, y, z, w) in rows."""
         self._numbers = numbers
+        vars(self).pop("poses", None)
 
     def unchanged_ns(self, gap_m: float, *models: str) -> int:
         """Return the time for which a distance between models stays on the same side of a limit, ns.

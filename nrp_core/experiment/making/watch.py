@@ -224,7 +224,8 @@ class Watch:
 
     def evaluate(self, now_ns: int) -> None:
         """Process the time that the world has reached; called once for each time."""
-        self.take_back()
+        if self._lent is not None:
+            self.take_back()
         self.where.refresh()
         judges, times = self._judges.values(), self.events.times
         for moment_ns, changed in self._between.moments(now_ns, (*self.events.waiting, *judges)):
