@@ -77,7 +77,7 @@ _ABOUT_TRAJECTORIES = "From above, a line for every seed. Dots: the ends."
 _ABOUT_APART = (
     "How far the robots of two runs are from each other at one time, the median over pairs of runs. Grey: "
     "two seeds under equal conditions, from the 10th to the 90th percentile; a line within the grey is a "
-    "difference that another seed makes too."
+    "difference that another seed makes too. A run that ended early stays where it ended."
 )
 
 
@@ -293,7 +293,7 @@ def apart(diff: GridDiff) -> Figure | None:
 
 def _places(runs: Mapping[GridCell, RunSignals], robot: str) -> tuple[FloatArray, dict[GridCell, FloatArray]]:
     """Return the position of a robot in every run at a few hundred common times."""
-    times_s = min((run.times_s for run in runs.values()), key=len)
+    times_s = max((run.times_s for run in runs.values()), key=len)
     times_s = times_s[:: max(1, len(times_s) // 400)]
     return times_s, {cell: run.held(run.motion(robot), times_s)[:, :2] for cell, run in runs.items()}
 
