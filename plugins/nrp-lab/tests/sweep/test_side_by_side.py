@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from nrp_lab.copies import COPIES, Attempt, Opened, perform_side_by_side, why_alone
-from nrp_lab.sweep.executor import executor
+from nrp_lab.sweep.executor import ATTEMPTS, executor
 from nrp_lab.sweep.measuring import may_step_together, perform, perform_share
 from nrp_lab.sweep.record import Record, Task
 
@@ -103,6 +103,21 @@ def test_processes_get_shares_of_them(tmp_path: Path) -> None:
         found = plain(list(where.perform(tasks)))
     digests = [record.trajectory_digest for record in found]
     assert digests == [perform(one).trajectory_digest for one in tasks]
+
+
+@pytest.mark.heavy
+def test_a_run_that_kills_its_process_is_the_only_one_of_its_share_that_fails(tmp_path: Path) -> None:
+    deadly = FAILING.replace('raise ValueError("nothing in sight")', '__import__("os")._exit(1)')
+    (tmp_path / "fail.py").write_text(deadly)
+    outside = ("world.robots.pioneer.pose=[-200, 0, 0.0975, 0, 0, 0]",)
+    more = (f"transfer_functions=[{tmp_path / 'fail.py'}]",)
+    tasks = [
+        task(seed, "slalom_pioneer", seed, 12, (*more, *(outside if seed == 2 else ()))) for seed in range(4)
+    ]
+    with executor("local", tmp_path, 2) as where:
+        found = plain(list(where.perform(tasks)))
+    assert [record.complete for record in found] == [True, True, False, True]
+    assert found[2].attempts == ATTEMPTS
 
 
 @pytest.mark.parametrize(
