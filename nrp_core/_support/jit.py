@@ -32,7 +32,6 @@ from nrp_core._support.dispatcher import CachedKernel
 from nrp_core._support.stopwatch import work
 
 F = TypeVar("F", bound=Callable[..., Any])
-A = TypeVar("A")
 Argument = str | np.dtype[Any]
 
 COMPILED = not numba.config.DISABLE_JIT
@@ -274,14 +273,6 @@ if COMPILED:
 
 else:
     from nrp_core._support.plain import array_at as array_at
-
-    def borrowed(arrays: A) -> A:
-        """Return the array or arrays."""
-        return arrays
-
-    def fma(a: float, b: float, c: float) -> float:
-        """Return ``a * b + c``."""
-        return a * b + c
-
-    def prefetch(_array: A, _index: int, _offset: int) -> None:
-        """Do nothing."""
+    from nrp_core._support.plain import borrowed as borrowed
+    from nrp_core._support.plain import fma as fma
+    from nrp_core._support.plain import prefetch as prefetch
