@@ -1,7 +1,7 @@
 """Controls: networks that share some statistics with another network and are random otherwise.
 
 A finding that also appears in a rewired network does not depend on the wiring. Every projection and every
-shuffle has its own named random stream.
+shuffle has its own named random stream. Projections that a control does not change stay the same objects.
 """
 
 from __future__ import annotations
@@ -9,9 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
 
 from nrp_core._support.arrays import IntArray
 from nrp_core.errors import NetworkError
@@ -31,15 +32,10 @@ def rewired(network: Network, seeds: Seeds) -> Network:
     source. Synapses of a cell with itself and several synapses between one pair of cells appear only if
     the projection already has some. A projection that is too small or dense for another wiring is
     unchanged, with a remark.
-
-    Raises:
-        NetworkError: no projection could be rewired.
     """
     found = _each(network, seeds, "rewire", _rewire)
     pairs = zip(network.projections, found.projections, strict=True)
     same = [one.label for one, other in pairs if one.size and other is one]
-    if same and len(same) == sum(one.size > 0 for one in network.projections):
-        raise NetworkError("no projection can be rewired with the same degrees")
     remarks = tuple(
         f"projection '{label}' is not rewired: no other wiring with the same degrees was found"
         for label in same
@@ -48,10 +44,15 @@ def rewired(network: Network, seeds: Seeds) -> Network:
 
 
 def with_shuffled_weights(network: Network, seeds: Seeds) -> Network:
-    """Return the network with the weights of each projection permuted among its synapses."""
+    """Return the network with the weights of each projection permuted among its synapses.
+
+    The order is another than before; a projection whose weights are all equal is unchanged.
+    """
 
     def shuffled(projection: Projection, rng: np.random.Generator) -> Projection:
-        return replace(projection, weight=rng.permutation(projection.weight), origin=LISTED)
+        if (projection.weight == projection.weight[0]).all():
+            return projection
+        return replace(projection, weight=_permuted(projection.weight, rng), origin=LISTED)
 
     return _each(network, seeds, "weights", shuffled)
 
@@ -72,7 +73,9 @@ def with_shuffled_signs(network: Network, seeds: Seeds) -> Network:
             excites[network.ids_of(label)] = inhibits[network.ids_of(label)] = False
     signed = np.flatnonzero(excites != inhibits)
     changes = np.zeros(network.size, bool)
-    changes[signed] = excites[signed] != seeds.stream("signs").permutation(excites[signed])
+    signs = excites[signed]
+    if signs.any() and not signs.all():
+        changes[signed] = signs != _permuted(signs, seeds.stream("signs"))
     projections: list[Projection] = []
     for projection in network.projections:
         moved = changes[network.offsets[projection.pre] + projection.pre_index]
@@ -114,8 +117,8 @@ def with_matched_cells_silenced(network: Network, cells: str, seeds: Seeds) -> N
         lacking = int(mine.sum()) - int(np.isin(ids, np.concatenate(drawn)).sum())
         if lacking > len(rest):
             raise NetworkError(
-                f"'{cells}' has {mine.sum()} cells of '{label}', which has only {others.sum()} others with "
-                "synapses to silence instead"
+                f"'{cells}' has {mine.sum()} cells of '{label}'; to silence instead, {others.sum()} other "
+                "cells of it have synapses"
             )
         drawn.append(rng.choice(rest, lacking, False))
     matched = np.sort(np.concatenate(drawn))
@@ -148,6 +151,13 @@ def _each(
         for projection in network.projections
     )
     return replace(network, projections=tuple(changed))
+
+
+def _permuted(values: npt.NDArray[Any], rng: np.random.Generator) -> npt.NDArray[Any]:
+    """Return values, which must not all be equal, in a random order that is not their own."""
+    while np.array_equal(drawn := rng.permutation(values), values):
+        pass
+    return drawn
 
 
 def _rewire(projection: Projection, rng: np.random.Generator) -> Projection:

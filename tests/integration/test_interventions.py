@@ -217,7 +217,6 @@ IDLE = [
         "interventions=[{activate: {cells: last, rate: 9 Hz, weight: 0}}]",
         "it sends 9 spikes a second of weight 0",
     ),
-    ("controls=[{shuffle: weights}]", "'shuffle: weights' changes nothing: the synapses stay the same"),
     (
         "interventions=[{lesion: relay}, {activate: {cells: relay, rate: 9 Hz, weight: 3}}]",
         "'activate_relay' has no effect: other interventions have cut all these synapses",
@@ -239,3 +238,13 @@ def test_a_variant_that_changes_nothing_is_a_warning(brain: str, setting: str, w
     plan = prepare(experiment_of(brain, f"brain.{setting}", "brain.backend=event"))
     found = [one.message for one in plan.warnings if one.code is Code.NRP279]
     assert [words in one for one in found] == [True] * bool(words)
+
+
+@pytest.mark.parametrize("control", ["shuffle: weights", "shuffle: signs", "silence: last"])
+def test_a_control_that_changes_no_synapse_is_an_error(brain: str, control: str) -> None:
+    """Otherwise the finding would be kept, and would seem not to depend on the wiring."""
+    with pytest.raises(InvalidExperimentError) as caught:
+        prepare(experiment_of(brain, f"brain.controls=[{{{control}}}]", "brain.backend=event"))
+    assert [(one.code, f"'{control}'" in one.message) for one in caught.value.findings] == [
+        (Code.NRP202, True)
+    ]

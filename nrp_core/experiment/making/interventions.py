@@ -6,6 +6,7 @@ from collections.abc import Container
 from contextlib import suppress
 from functools import partial
 from math import inf
+from operator import is_
 from typing import Final
 
 import numpy as np
@@ -68,9 +69,8 @@ def _with_controls(network: Network, experiment: Experiment, collector: Collecto
         keys = ("brain", "controls", i)
         with collector.during(Code.NRP202, *keys, always=True):
             before, network = network, section.control(network, seeds.child(str(i)))
-            if any(projection.size for projection in before.projections) and _are_equal(before, network):
-                message = f"'{section.name}' changes nothing: the synapses stay the same"
-                collector.add(Code.NRP279, message, *keys, level=Level.WARNING)
+            if all(map(is_, before.projections, network.projections)):
+                raise NetworkError(f"'{section.name}' changes nothing: every synapse stays the same")
     return network
 
 
@@ -166,21 +166,6 @@ def _apply(change: Intervention, brain: Brain) -> None:
         weights = brain.read_weights(label)
         weights[synapses] *= change.factor
         brain.set_weights(label, weights)
-
-
-def _are_equal(network: Network, other: Network) -> bool:
-    """Return whether a control changed no synapse."""
-    if len(network.projections) != len(other.projections):
-        return False
-    return all(
-        one is two
-        or (
-            one.receptor == two.receptor
-            and np.array_equal(one.post_index, two.post_index)
-            and np.array_equal(one.weight, two.weight)
-        )
-        for one, two in zip(network.projections, other.projections, strict=True)
-    )
 
 
 def _require_lasting(network: Network, affected: Container[str], name: str) -> None:

@@ -279,12 +279,13 @@ def test_a_decoder_that_cannot_run_leaves_the_other_controls(monkeypatch: pytest
 
 
 def test_a_control_that_a_network_does_not_allow_leaves_the_others(tmp_path: Path) -> None:
-    controls, left_out = ["rewire: degree_preserving", "shuffle: weights"], dict[str, str]()
+    controls = ["rewire: degree_preserving", "shuffle: weights", "silence: sensors"]
+    left_out = dict[str, str]()
     grid = evidence_grid("braitenberg_husky", controls, {}, 1, ["duration=20 ms"], {})
     runs = run_grid(grid, tmp_path, 1, lambda *_: None, left_out)
-    assert [cell.wiring for cell in runs] == ["original", "shuffle: weights"]
-    assert list(left_out) == controls[:1]
-    assert "rewired" in left_out[controls[0]]
+    assert [cell.wiring for cell in runs] == ["original", controls[2]]
+    assert list(left_out) == [*controls[:2], "silence_matched: sensors"]
+    assert all(f"'{name}'" in left_out[name] for name in controls[:2])
     assert "brain.controls" not in left_out[controls[0]]  # nobody wrote that override
     with pytest.raises(InvalidExperimentError):
         run_grid(grid, tmp_path, 1, lambda *_: None)
