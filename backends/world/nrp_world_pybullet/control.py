@@ -24,6 +24,7 @@ from nrp_core.scene.rigid import (
     Vector,
     Wrench,
 )
+from nrp_core.world.drives.muscles import muscles_of
 from nrp_core.world.engine_kit.firm_joints import JointPath, firm_joints
 from nrp_core.world.engine_kit.joint_servo import ExplicitServos, Stops, servoed_joints
 from nrp_core.world.engine_kit.simulated import Decay
@@ -32,7 +33,7 @@ from nrp_world_pybullet.firm import BulletFirmJoints
 from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.motion import Inertia, JointReader, Moving
 from nrp_world_pybullet.muscles import Muscles
-from nrp_world_pybullet.soft_limits import SoftLimits, references_of
+from nrp_world_pybullet.soft_limits import SoftLimits, armatures_of, references_of
 
 USUAL: Final = 50
 """PyBullet's own number of iterations."""
@@ -67,7 +68,8 @@ class Tree:
     """The joints of one multi-body, with servos and springs.
 
     PyBullet computes the forces of dampers at the start of a step, which is unstable if a damper removes much
-    of a joint's velocity in a step. In such a tree, and in one with muscles, the servos replace all dampers.
+    of a joint's velocity in a step. In such a tree, and in models with muscles, the servos replace all
+    dampers. In models with muscles they also add the inertia of motors, which PyBullet lacks.
 
     Args:
         joints: all movable joints with their handles, in PyBullet's order.
@@ -95,6 +97,7 @@ class Tree:
         self._stiffness, self._rest = np.array([(joint.stiffness, joint.rest) for joint in ways]).T
         dampers = np.array([joint.damping for joint in ways])
         self._muscles, self._columns = muscles, muscles.columns(self.paths)
+        self.has_muscles = bool(muscles_of(model))
         self.strongly_damped = self.has_muscles or bool(self._share(dampers) * step_s > STRONG)
         if self.strongly_damped:
             for link in self._links:
@@ -103,25 +106,25 @@ class Tree:
         self._link_of = [place.link for joint, place in joints for _ in joint.coordinates]
         self._undamped = set[int]()
         limits = [joint.effort for joint in ways]
-        self.servos = ExplicitServos(limits, step_s, dampers if self.strongly_damped else None)
-        self._stops = self._soft_limits(model, ways, step_s) if self.has_muscles else None
+        motors = armatures_of(model) if self.has_muscles else {}
+        armatures = np.array([motors.get(joint.name, 0.0) for joint in ways])
+        self.servos = ExplicitServos(limits, step_s, dampers if self.strongly_damped else None, armatures)
+        self._stops = self._soft_limits(model, ways, armatures, step_s) if self.has_muscles else None
 
-    def _soft_limits(self, model: Model, ways: Sequence[Joint], step_s: float) -> Stops | None:
+    def _soft_limits(
+        self, model: Model, ways: Sequence[Joint], armatures: FloatArray, step_s: float
+    ) -> Stops | None:
         """Replace PyBullet's hard limits by those of MJCF, where all other efforts are known."""
         rest = np.zeros(len(ways))
         if self._inertia.bias(rest, rest) is None:
             return None
-        limits = SoftLimits(ways, references_of(model), self._inertia.now(rest), step_s)
+        inertia = self._inertia.now(rest) + np.diag(armatures)
+        limits = SoftLimits(ways, references_of(model), inertia, step_s)
         for n in limits.coordinates:
             where = self._multibody, self._links[n]
             far = {"jointLowerLimit": -FAR_AWAY, "jointUpperLimit": FAR_AWAY}
             bullet.changeDynamics(*where, **far, physicsClientId=self._client)
         return limits.push if limits.coordinates else None
-
-    @property
-    def has_muscles(self) -> bool:
-        """Whether muscles move its joints."""
-        return self._columns is not None
 
     @property
     def sprung(self) -> bool:
@@ -157,6 +160,7 @@ class Tree:
         if self._columns is not None:
             pulls, viscosity = self._muscles.loads(self._columns)
             known = springs + pulls
+        if self.has_muscles:
             bias = self._inertia.bias(positions, velocities)
         inertia = self._inertia.now(positions)
         efforts = self.servos.push(positions, velocities, inertia, known, viscosity, bias, self._stops)

@@ -44,7 +44,7 @@ def _lacking(model: Model, foreign: Sequence[Native]) -> Iterator[tuple[str, str
         which = f"the <{tag}>" if count == 1 else f"the {count} <{tag}>"
         yield tag, f"{which} in <{section}> of {of}"
     motors = [each.attribute("name") for each in foreign if each.tag == "joint" and _has(each, "armature")]
-    if motors:
+    if motors and not muscles_of(model):
         joints = ", ".join(f"'{name}'" for name in motors[:_NAMED]) + (
             ", ..." if len(motors) > _NAMED else ""
         )

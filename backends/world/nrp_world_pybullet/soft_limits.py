@@ -41,6 +41,12 @@ def references_of(model: Model) -> Mapping[str, Reference]:
     return found
 
 
+def armatures_of(model: Model) -> Mapping[str, float]:
+    """Return the inertia of the motors of joints (kg m^2 or kg) that the file of a model states, by joint."""
+    elements = [each for each in model.native if each.full_tag == "mujoco:joint"]
+    return {each.attribute("name") or "": float(each.attribute("armature") or 0.0) for each in elements}
+
+
 class SoftLimits:
     """The limits of some coordinates of a tree.
 

@@ -46,15 +46,23 @@ class ExplicitServos:
         limits: limits of the efforts of the servos, shape ``(n,)``.
         step_s: the physics step.
         dampers: damping of the joints' dampers, N m s/rad or N s/m; None for none.
+        armatures: inertia of the joints' motors that the engine lacks, kg m^2 or kg; None for none.
 
     Attributes:
-        braking: the efforts of the dampers in the next step, which have no limit, and of the stops; and by
-            how much damping reduces those of muscles.
+        braking: the efforts of the dampers in the next step, which have no limit, and of the stops; by how
+            much damping reduces those of muscles; and the efforts that accelerate the motors.
     """
 
-    def __init__(self, limits: Sequence[float], step_s: float, dampers: FloatArray | None = None) -> None:
+    def __init__(
+        self,
+        limits: Sequence[float],
+        step_s: float,
+        dampers: FloatArray | None = None,
+        armatures: FloatArray | None = None,
+    ) -> None:
         self._limits, self._step_s = np.array(limits), step_s
         self._dampers = np.zeros(len(limits)) if dampers is None else dampers.copy()
+        self._motors = np.diag(np.zeros(len(limits)) if armatures is None else armatures)
         self.braking = np.zeros(len(limits))
         self._aims = np.zeros((len(limits), 5))  # the columns are the fields of ServoTarget
         self._efforts = np.zeros(len(limits))
@@ -111,12 +119,13 @@ class ExplicitServos:
         damping, dampers = damping + stiffness * dt, self._dampers  # backward Euler
         wanted = wanted - damping * velocities
         stopped: FloatArray | float = 0.0
+        moved = inertia + self._motors
         for _ in range(2):
             free = wanted - dampers * velocities + springs - load
             if stops is not None:
-                stopped = stops(positions, velocities, inertia, free)
+                stopped = stops(positions, velocities, moved, free)
                 free = free + stopped
-            mass = inertia + dt * viscosity
+            mass = moved + dt * viscosity
             mass.reshape(-1)[:: len(mass) + 1] += dt * (damping + dampers)
             ahead = solve(mass, free[:, None])[:, 0]
             efforts: FloatArray = (wanted - dt * damping * ahead).clip(-self._limits, self._limits)
@@ -125,7 +134,7 @@ class ExplicitServos:
                 break
             # dampers act on the motion by the limited effort of a servo, not by the requested one
             wanted, damping = np.where(strained, efforts, wanted), np.where(strained, 0.0, damping)
-        self.braking = stopped - dampers * (velocities + dt * ahead)
+        self.braking = stopped - dampers * (velocities + dt * ahead) - product(self._motors, ahead)
         if isinstance(viscosity, np.ndarray):
             self.braking -= product(dt * viscosity, ahead)
         self._efforts, self._velocities = efforts + self.braking + springs, velocities

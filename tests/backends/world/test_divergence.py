@@ -20,6 +20,8 @@ N = 12
 _MS = 1_000_000
 SOFTER = "solreflimit='-3000 -20' solimplimit='.5 .9 .1 .4 3' margin='.01' "
 """Properties of limits away from their defaults."""
+MOTOR = "armature='0.0003' "
+"""An inertia that is some ten times that of a link."""
 
 
 def neck(mass: float = 0.02, force: float = 500.0) -> str:
@@ -83,7 +85,9 @@ def test_muscles_that_throw_joints_out_of_their_limits_are_a_divergence(
             assert np.abs(world.joint_states("base").positions).max() < 3.0
 
 
-@pytest.mark.parametrize("limits", ["", "range='-5 5' limited='true' ", f"range='-5 5' {SOFTER}"])
+@pytest.mark.parametrize(
+    "limits", ["", "range='-5 5' limited='true' ", f"range='-5 5' {SOFTER}", f"range='-5 5' {MOTOR}"]
+)
 @pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
 def test_light_links_with_strong_muscles_move_as_in_mujoco_alone(
     tmp_path: Path, engine: str, limits: str
@@ -94,6 +98,7 @@ def test_light_links_with_strong_muscles_move_as_in_mujoco_alone(
     model = mujoco.MjModel.from_xml_path(str(file))
     data = mujoco.MjData(model)
     with open_world(engine, file) as world:
+        assert not [each for each in world.warnings if each.subject == "armature"]
         command = world.advertise("/base/muscles/cmd")
         for k, row in enumerate(np.random.default_rng(5).uniform(0.0, 1.0, (20, 2 * N))):
             data.ctrl[:] = row
