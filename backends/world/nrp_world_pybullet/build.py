@@ -17,7 +17,6 @@ from nrp_core.scene.rigid import BodyPath, Pose
 from nrp_core.world.engine_kit.planar_servo import PlanarServo, planar_drives, servo_of
 from nrp_core.world.engine_kit.simulated import simulated_bodies
 from nrp_world_pybullet.library import bullet
-from nrp_world_pybullet.mechanisms import report_mechanisms
 from nrp_world_pybullet.shapes import (
     NO_SHAPE,
     add_collisions,
@@ -148,7 +147,6 @@ class _Builder:
         where = {index: (place.multibody, place.link) for index, place in places.items()}
         links = {link.name: where[index] for index, body in enumerate(bodies) for link in body.links}
         set_contacts(model, links, self._client, self._warnings)
-        report_mechanisms(model, self._warnings)
         joints = {body.joint.name: places[i] for i, body in enumerate(bodies) if body.joint}
         self._joints[model.name] = {
             name: place

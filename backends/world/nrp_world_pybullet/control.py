@@ -33,7 +33,7 @@ from nrp_world_pybullet.firm import BulletFirmJoints
 from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.motion import Inertia, JointReader, Moving
 from nrp_world_pybullet.muscles import Muscles
-from nrp_world_pybullet.soft_limits import SoftLimits, armatures_of, references_of
+from nrp_world_pybullet.soft_constraints import SoftConstraints, armatures_of
 
 USUAL: Final = 50
 """PyBullet's own number of iterations."""
@@ -69,7 +69,8 @@ class Tree:
 
     PyBullet computes the forces of dampers at the start of a step, which is unstable if a damper removes much
     of a joint's velocity in a step. In such a tree, and in models with muscles, the servos replace all
-    dampers. In models with muscles they also add the inertia of motors, which PyBullet lacks.
+    dampers. In models with muscles they also add the inertia of motors, and the constraints of joints that
+    MJCF describes, where all other efforts are known.
 
     Args:
         joints: all movable joints with their handles, in PyBullet's order.
@@ -78,6 +79,10 @@ class Tree:
         client: the physics client.
         step_s: the physics step.
         muscles: the muscles of the scene.
+
+    Attributes:
+        has_muscles: whether the model has muscles.
+        exact: whether the tree moves as in MuJoCo, with its constraints of joints and inertia of motors.
     """
 
     def __init__(
@@ -106,25 +111,26 @@ class Tree:
         self._link_of = [place.link for joint, place in joints for _ in joint.coordinates]
         self._undamped = set[int]()
         limits = [joint.effort for joint in ways]
-        motors = armatures_of(model) if self.has_muscles else {}
+        rest = np.zeros(len(ways))
+        self.exact = self.has_muscles and inertia.bias(rest, rest) is not None
+        motors = armatures_of(model) if self.exact else {}
         armatures = np.array([motors.get(joint.name, 0.0) for joint in ways])
         self.servos = ExplicitServos(limits, step_s, dampers if self.strongly_damped else None, armatures)
-        self._stops = self._soft_limits(model, ways, armatures, step_s) if self.has_muscles else None
+        self._stops = self._soft_constraints(model, ways, armatures, step_s) if self.exact else None
 
-    def _soft_limits(
+    def _soft_constraints(
         self, model: Model, ways: Sequence[Joint], armatures: FloatArray, step_s: float
     ) -> Stops | None:
-        """Replace PyBullet's hard limits by those of MJCF, where all other efforts are known."""
-        rest = np.zeros(len(ways))
-        if self._inertia.bias(rest, rest) is None:
-            return None
-        inertia = self._inertia.now(rest) + np.diag(armatures)
-        limits = SoftLimits(ways, references_of(model), inertia, step_s)
-        for n in limits.coordinates:
-            where = self._multibody, self._links[n]
+        """Replace PyBullet's hard limits and dry friction by those of MJCF."""
+        inertia = self._inertia.now(np.zeros(len(ways))) + np.diag(armatures)
+        constraints, client = SoftConstraints(ways, model, inertia, step_s), self._client
+        for n in constraints.limited:
             far = {"jointLowerLimit": -FAR_AWAY, "jointUpperLimit": FAR_AWAY}
-            bullet.changeDynamics(*where, **far, physicsClientId=self._client)
-        return limits.push if limits.coordinates else None
+            bullet.changeDynamics(self._multibody, self._links[n], **far, physicsClientId=client)
+        for n in constraints.rubbing:
+            where, mode = (self._multibody, self._links[n]), bullet.VELOCITY_CONTROL
+            bullet.setJointMotorControl2(*where, mode, force=0.0, physicsClientId=client)
+        return constraints.push if constraints else None
 
     @property
     def sprung(self) -> bool:
@@ -158,9 +164,10 @@ class Tree:
         viscosity: FloatArray | float = 0.0
         bias = None
         if self._columns is not None:
-            pulls, viscosity = self._muscles.loads(self._columns)
-            known = springs + pulls
-        if self.has_muscles:
+            pulls, damping = self._muscles.loads(self._columns)
+            # MuJoCo's implicitfast leaves out the damping between branches of a tree
+            known, viscosity = springs + pulls, damping * self._inertia.related
+        if self.exact:
             bias = self._inertia.bias(positions, velocities)
         inertia = self._inertia.now(positions)
         efforts = self.servos.push(positions, velocities, inertia, known, viscosity, bias, self._stops)
@@ -255,6 +262,10 @@ class Control:
             tree = Tree(joints, model, inertia, self._client, self._step_s, self._muscles)
             if multibody in servoed or tree.strongly_damped or tree.sprung:
                 yield tree
+
+    def exact_joints(self, model: str) -> list[str]:
+        """Return the coordinates of a model in trees that move as in MuJoCo."""
+        return [name for tree in self._trees if tree.exact for owner, name in tree.paths if owner == model]
 
     def _firm_of(self, model: Model, readers: Mapping[str, JointReader]) -> Iterator[BulletFirmJoints]:
         """Yield the firm joints of each multi-body of a model."""

@@ -22,6 +22,7 @@ from nrp_world_pybullet.build import BodyHandle, Built, build
 from nrp_world_pybullet.control import Control
 from nrp_world_pybullet.drive import Drive
 from nrp_world_pybullet.library import bullet
+from nrp_world_pybullet.mechanisms import report_mechanisms
 from nrp_world_pybullet.motion import JointReader, Moving, moving, place_of
 from nrp_world_pybullet.muscles import Muscles
 
@@ -63,6 +64,8 @@ class PybulletEngine(JointedEngine):
         }
         self._muscles = Muscles(scene, self._built, client, step_s)
         self._control = Control(self._built, scene, self._joints, self._muscles, client, step_s)
+        for model in scene.models:
+            report_mechanisms(model, self._control.exact_joints(model.name), self.warnings)
         self._efforts: dict[str, FloatArray] = {}
         self._survey(scene)
         self._bases = [motion for motion in self._motions.values() if isinstance(motion, Moving)]

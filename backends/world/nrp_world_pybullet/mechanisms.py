@@ -9,6 +9,7 @@ from nrp_core.findings import Code, Findings
 from nrp_core.scene.model import Model
 from nrp_core.scene.origin import Native
 from nrp_core.world.drives.muscles import muscles_of
+from nrp_world_pybullet.soft_constraints import is_coupling
 
 _MECHANISMS = ("contact", "equality", "tendon")
 """Sections with mechanisms; actuators report themselves, and settings of solvers are meant for one engine."""
@@ -18,17 +19,23 @@ _NAMED = 3
 """The number of joints that a report names."""
 
 
-def report_mechanisms(model: Model, warnings: Findings) -> None:
-    """Report the mechanisms of a model that only another engine has."""
+def report_mechanisms(model: Model, exact: Sequence[str], warnings: Findings) -> None:
+    """Report the mechanisms of a model that only another engine has.
+
+    Args:
+        model: the model.
+        exact: its joints that move as in MuJoCo, with the couplings and the inertia of motors of MJCF.
+        warnings: receives the reports.
+    """
     foreign = [each for each in model.native if each.namespace != "pybullet"]
-    for subject, part in _lacking(model, foreign):
+    for subject, part in _lacking(model, foreign, exact):
         warnings.add(Code.NRP260, f"PyBullet does not have {part}", subject=subject)
     if any(each.tag == "contact" and each.attribute("self") == "true" for each in foreign):
         message = f"in PyBullet parts of '{model.name}' do not touch each other, as its file says they do"
         warnings.add(Code.NRP260, message, subject="contact")
 
 
-def _lacking(model: Model, foreign: Sequence[Native]) -> Iterator[tuple[str, str]]:
+def _lacking(model: Model, foreign: Sequence[Native], exact: Sequence[str]) -> Iterator[tuple[str, str]]:
     """Yield the parts of a model that elements for another engine describe, each with its subject."""
     of, links = f"'{model.name}'", {link.name for link in model.links}
     pulled = _of_straight_muscles(model, foreign)
@@ -39,12 +46,14 @@ def _lacking(model: Model, foreign: Sequence[Native]) -> Iterator[tuple[str, str
         for part in section.children
         if not _is_inner_exclude(part, links)
         and not (section.tag == "tendon" and part.attribute("name") in pulled)
+        and not (section.tag == "equality" and is_coupling(part, exact))
     )
     for (section, tag), count in counts.items():
         which = f"the <{tag}>" if count == 1 else f"the {count} <{tag}>"
         yield tag, f"{which} in <{section}> of {of}"
-    motors = [each.attribute("name") for each in foreign if each.tag == "joint" and _has(each, "armature")]
-    if motors and not muscles_of(model):
+    driven = [each.attribute("name") for each in foreign if each.tag == "joint" and _has(each, "armature")]
+    motors = [name for name in driven if name not in exact]
+    if motors:
         joints = ", ".join(f"'{name}'" for name in motors[:_NAMED]) + (
             ", ..." if len(motors) > _NAMED else ""
         )

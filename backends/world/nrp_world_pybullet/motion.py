@@ -201,6 +201,9 @@ class Inertia:
         bodies: all bodies of a model with their handles.
         multibody: the multi-body among them.
         client: the physics client.
+
+    Attributes:
+        related: 1 for two coordinates one of which moves the other's body, else 0, shape ``(n, n)``.
     """
 
     def __init__(self, bodies: Sequence[tuple[Body, BodyHandle]], multibody: int, client: int) -> None:
@@ -209,6 +212,10 @@ class Inertia:
         own.sort(key=lambda each: each[2].link)
         joints = [body.joint for _, body, _ in own if body.joint is not None]
         self._base = _FREE if own[0][1].floats else 0
+        chains = [(n, {*_above(bodies, n)}) for n, body, _ in own for _ in _coordinates(body)]
+        self.related = np.array(
+            [[n in above or m in line for m, above in chains] for n, line in chains], float
+        )
         self._moving = _Moving(bodies, own, client) if any(j.kind == "ball" for j in joints) else None
         if self._moving is None:
             with quiet():  # PyBullet prints of each axis that it rounded, when it first computes with it
@@ -304,6 +311,10 @@ def _ways(body: Body) -> list[tuple[tuple[float, ...], bool]]:
     if body.joint.kind == "ball":
         return [(axis, False) for axis in units]
     return [(body.joint.axis, body.joint.kind == "prismatic") for _ in body.joint.coordinates]
+
+
+def _coordinates(body: Body) -> Sequence[str]:
+    return () if body.joint is None else body.joint.coordinates
 
 
 def _above(bodies: Sequence[tuple[Body, BodyHandle]], number: int) -> list[int]:

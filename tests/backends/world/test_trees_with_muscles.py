@@ -1,0 +1,139 @@
+"""Random trees of bodies that muscles move in PyBullet as in MuJoCo alone: the reference reads the same file.
+
+Each has motors' inertia, limits, couplings and dry friction with random properties of MuJoCo's constraints.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from nrp_core.messages.std_msgs import Float64MultiArray
+from nrp_core.scene.sdf import read_scene
+from nrp_core.world.backends import worlds
+
+_STEPS = 5
+"""Steps for which a command holds."""
+_SIZES = (0.01, 1.0, 0.5, 0.5, 0.5)
+"""The coefficients of couplings are about so large."""
+
+
+def numbers(values: Any) -> str:
+    return " ".join(f"{value:.6g}" for value in np.atleast_1d(values))
+
+
+class RandomTree:
+    """A random tree of up to nine bodies as MJCF.
+
+    Args:
+        seed: of its random numbers.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self._rng = rng = np.random.default_rng(seed)
+        self.parents = [
+            -1,
+            *(int(rng.integers(max(0, n - 2), n + 1)) - 1 for n in range(1, rng.integers(3, 10))),
+        ]
+        self.joints: list[str] = []
+        bodies = "".join(self._body(n) for n, parent in enumerate(self.parents) if parent < 0)
+        pairs = [rng.choice(len(self.parents), 2, replace=False) for _ in range(2 * len(self.parents))]
+        tendons = "".join(
+            f'<spatial name="t{k}"><site site="s{a}"/><site site="v{a}"/><site site="s{b}"/></spatial>'
+            for k, (a, b) in enumerate(pairs)
+        )
+        muscles = "".join(
+            f'<muscle name="m{k}" tendon="t{k}" lengthrange="0.05 0.4" force="{numbers(force)}"/>'
+            for k, force in enumerate(rng.uniform(5, 60, len(pairs)))
+        )
+        self.text = (
+            '<mujoco><option integrator="implicitfast" tolerance="1e-14" iterations="500"/><worldbody>'
+            '<body name="base" pos="0 0 1"><inertial mass="1" pos="0 0 0" diaginertia=".01 .01 .01"/>'
+            f"{bodies}</body></worldbody><tendon>{tendons}</tendon><actuator>{muscles}</actuator>"
+            f"<equality>{self._couplings()}</equality></mujoco>"
+        )
+
+    def _yielding(self, suffix: str) -> str:
+        rng = self._rng
+        direct = rng.random() < 0.3
+        solref = (
+            (-rng.uniform(500, 4000), -rng.uniform(10, 60)) if direct else (rng.uniform(0.003, 0.05), 1.0)
+        )
+        solimp = (
+            rng.uniform(0.3, 0.9),
+            rng.uniform(0.9, 0.97),
+            10 ** rng.uniform(-3, -1),
+            0.4,
+            rng.integers(1, 4),
+        )
+        return f'solref{suffix}="{numbers(solref)}" solimp{suffix}="{numbers(solimp)}"'
+
+    def _body(self, n: int) -> str:
+        rng = self._rng
+        axis, turn = rng.normal(size=3), rng.normal(size=4)
+        slides = rng.random() < 0.2
+        low, high = -rng.uniform(0.02, 0.3), rng.uniform(0.02, 0.3)
+        low, high = (0.1 * low, 0.1 * high) if slides else (low, high)
+        joint = f'<joint name="j{n}" type="{"slide" if slides else "hinge"}" axis="{numbers(axis)}"'
+        joint += f' damping="{numbers(rng.choice([0.0, 0.02, 0.2]))}"'
+        joint += f' armature="{numbers(rng.choice([0, 1e-3, 0.02]))}"'
+        if rng.random() < 0.6:
+            joint += (
+                f' limited="true" range="{numbers((low, high))}" margin="{numbers(rng.choice([0.0, 0.01]))}" '
+            )
+            joint += self._yielding("limit")
+        if rng.random() < 0.3:
+            joint += f' frictionloss="{numbers(rng.uniform(0.02, 0.5))}" ' + self._yielding("friction")
+        self.joints.append(f"j{n}")
+        mass, moments = rng.uniform(0.05, 1.0), rng.uniform(0.5, 0.9, 3) * 1e-3
+        inertial = f'<inertial mass="{numbers(mass)}" pos="{numbers(rng.normal(size=3, scale=0.03))}"'
+        inertial += f' quat="{numbers(turn)}" diaginertia="{numbers(moments)}"/>'
+        sites = "".join(
+            f'<site name="{name}{n}" pos="{numbers(rng.normal(size=3, scale=0.04))}"/>' for name in "sv"
+        )
+        below = "".join(self._body(k) for k, parent in enumerate(self.parents) if parent == n)
+        place = numbers(rng.normal(size=3, scale=0.1))
+        body = f'<body name="b{n}" pos="{place}" quat="{numbers(rng.normal(size=4))}">'
+        return f"{body}{inertial}{joint}/>{sites}{below}</body>"
+
+    def _couplings(self) -> str:
+        rng = self._rng
+        order = rng.permutation(self.joints).tolist()
+        found = [
+            f'<joint joint1="{one}" joint2="{other}" polycoef="{numbers(rng.normal(size=5) * _SIZES)}" '
+            f"{self._yielding('')}/>"
+            for one, other in zip(order[:2], order[2:], strict=False)
+        ]
+        kept = f'<joint joint1="{order[-1]}" polycoef="0.02" {self._yielding("")}/>'
+        return "".join([*found, kept] if rng.random() < 0.3 else found)
+
+
+def largest_difference(tree: RandomTree, file: Path, seed: int, seconds: float) -> float:
+    """Return by how much the joints of a tree in PyBullet differ from MuJoCo alone at most, rad or m."""
+    file.write_text(tree.text)
+    model = mujoco.MjModel.from_xml_path(str(file))
+    data, backend, worst = mujoco.MjData(model), worlds().load("pybullet"), 0.0
+    with backend.open(read_scene(file), seed=1, options=backend.options()) as world:
+        assert not [each for each in world.warnings if each.subject in ("armature", "joint")]
+        command = world.advertise("/base/muscles/cmd")
+        names = world.joint_states("base").names
+        ours = [names.index(name) for name in (model.joint(n).name for n in range(model.njnt))]
+        rows = np.random.default_rng(seed).uniform(0.0, 1.0, (round(seconds / 0.01), model.nu))
+        for k, row in enumerate(rows):
+            data.ctrl[:] = row
+            mujoco.mj_step(model, data, _STEPS)
+            command.publish(Float64MultiArray(data=row))
+            world.run_until((k + 1) * 10_000_000)
+            worst = max(worst, float(np.abs(world.joint_states("base").positions[ours] - data.qpos).max()))
+    assert np.abs(data.qpos).max() > 1e-3
+    return worst
+
+
+@pytest.mark.one_of(20)
+@pytest.mark.parametrize("seed", range(60))
+def test_random_trees_move_as_in_mujoco_alone(seed: int, tmp_path: Path) -> None:
+    assert largest_difference(RandomTree(seed), tmp_path / "tree.xml", seed, 0.5) < 1e-9
