@@ -22,8 +22,8 @@ FILES = {
 
 @pytest.mark.parametrize("name", FILES)
 def test_scripts_and_extras_that_it_names_exist(name: str) -> None:
-    for script in re.findall(r"(?<![\w/])scripts/[\w-]+", FILES[name]):
-        assert os.access(ROOT / script, os.X_OK), script
+    for script in re.findall(r"(?<![\w/])scripts/[\w.-]*\w", FILES[name]):
+        assert os.access(ROOT / script, os.R_OK if script.endswith(".whl") else os.X_OK), script
     for extras in re.findall(r"(?:nrp-core|'\.)\[([\w,]+)\]", FILES[name]):
         assert set(extras.split(",")) <= EXTRAS.keys()
 
