@@ -60,10 +60,13 @@ def print_findings(findings: Sequence[Finding], *, details: bool) -> None:
 
 
 def _print_groups(problems: Sequence[Finding], *, details: bool, err: bool) -> None:
-    for weight, line in lines_of(problems, details=details, places=err):
+    lines = list(lines_of(problems, details=details, places=err))
+    for weight, line in lines:
         typer.secho(f"  {line}", fg=_WEIGHT_COLORS[weight], err=err)
     if problems and not details:
-        typer.secho("  (-v shows each problem, nrp explain CODE explains it)", dim=True, err=err)
+        has_more = lines != list(lines_of(problems, details=True))
+        more = "-v shows each problem, " if has_more else ""
+        typer.secho(f"  ({more}nrp explain CODE explains it)", dim=True, err=err)
 
 
 def styled_headline(judgement: Judgement) -> str:

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 import nrp_core
+from nrp_core.cli.summary import print_findings
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.result import Judgement, passed_of, recorded_judgement
 from nrp_core.experiment.running.run import Run
@@ -291,3 +292,11 @@ def test_an_event_whose_message_nothing_subscribes_to_is_reported(unheard: Any) 
         NOTHING, event.replace("/speeed, value: 1", "/husky/cmd_vell, value: {}"), wrong
     )
     assert (topic, line) == ("/husky/cmd_vell", None)
+
+
+@pytest.mark.parametrize(("found", "has_more"), [([MESH], False), ([MESH, LATER], True)])
+def test_details_are_offered_only_if_there_are_more(
+    found: list[Finding], has_more: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    print_findings(found, details=False)
+    assert ("-v" in capsys.readouterr().err) is has_more
