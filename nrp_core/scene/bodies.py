@@ -41,6 +41,8 @@ class Shape:
 
 PRESERVED = "preserved"
 """Attribute of a fixed joint that keeps its links two bodies."""
+ROLLING = "rolling"
+"""The attribute of a friction in a converted file: the greatest torque against rolling by the force, m."""
 TINTS = "tints"
 """The attribute of a material whose colour tints an image in the mesh file instead of replacing it."""
 
@@ -101,6 +103,7 @@ class Touched:
     place: Pose = Pose()
     bits: tuple[int, int] = (ALL_BITS, ALL_BITS)
     torsion: float = 0.0
+    rolling: float = 0.0
 
     def collisions(self) -> Iterator[Collision]:
         """Yield a collision for each shape, all with the same name."""
@@ -110,7 +113,7 @@ class Touched:
         """Return one of its shapes with a name."""
         category, touched = self.bits
         made = Collision(name, shape.geometry, shape.pose, self.friction, torsion=self.torsion)
-        return replace(made, category=category, touched=touched)
+        return replace(made, category=category, touched=touched, rolling=self.rolling)
 
 
 def build_link(

@@ -212,6 +212,7 @@ class Collision:
         category, touched: bits of its own category, and of the categories that it touches.
         torsion: greatest torque about the normal of a contact by its normal force, m; engines combine
             those of two surfaces in different ways.
+        rolling: the same for the torque against rolling, of MJCF alone.
     """
 
     name: str
@@ -222,6 +223,7 @@ class Collision:
     category: int = field(default=ALL_BITS, metadata=LATER)
     touched: int = field(default=ALL_BITS, metadata=LATER)
     torsion: float = field(default=0.0, metadata=LATER)
+    rolling: float = field(default=0.0, metadata=LATER)
 
     __setstate__ = set_fields
 

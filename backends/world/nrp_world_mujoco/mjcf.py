@@ -20,7 +20,7 @@ import numpy as np
 from nrp_core._support.cache import cached_folder
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Findings
-from nrp_core.scene.bodies import PRESERVED, TINTS
+from nrp_core.scene.bodies import PRESERVED, ROLLING, TINTS
 from nrp_core.scene.inertia import LEAST_MOMENT
 from nrp_core.scene.meshes.stl import write_stl
 from nrp_core.scene.model import TORSION_BY_RADIUS, Inertial
@@ -140,6 +140,9 @@ class _Writer:
         names = Names(self._body, self._joint_name, self._geom_name, self._owner)
         self._native = NativeElements(spec, model, names, cone, meshes)
         self.touching = self._native.touching
+        among = sorted(self.touching)
+        self._rubs = bool((model.geom_condim[among] > 1).any() or model.geom_bodyid[among].all())
+        """Whether a contact of the file has friction; a robot without a ground may touch that of another."""
         self.sensors_left_out = self._native.sensors.left_out
         self._images = Images(model)
         self.flat = 0
@@ -320,13 +323,19 @@ class _Writer:
             seen = f"<transparency>{1 - float(rgba[3])}</transparency>{color}<geometry>{drawn}</geometry>"
             yield f"<visual name={name}>{place}{seen}</visual>"
         if geom in self.touching:
-            mu, torsion, _ = m.geom_friction[geom]
-            patch = torsion / TORSION_BY_RADIUS if m.geom_condim[geom] > 3 else 0.0
-            twisted = f"<torsional><patch_radius>{patch}</patch_radius></torsional>" if patch else ""
-            friction = f"<friction><ode><mu>{mu}</mu></ode>{twisted}</friction>"
-            surface = f"<surface>{friction}{self._bits(geom)}</surface>"
+            surface = f"<surface>{self._friction(geom)}{self._bits(geom)}</surface>"
             touched = shape.replace("<mesh>", '<mesh optimization="convex_hull">')  # as MuJoCo does
             yield f"<collision name={name}>{place}<geometry>{touched}</geometry>{surface}</collision>"
+
+    def _friction(self, geom: int) -> str:
+        """Return the element of the friction; shapes rub if any of the file has a ``condim`` above 1."""
+        m = self._m
+        mu, torsion, rolling = m.geom_friction[geom]
+        dimensions = m.geom_condim[geom]
+        patch = torsion / TORSION_BY_RADIUS if dimensions > 3 else 0.0
+        twisted = f"<torsional><patch_radius>{patch}</patch_radius></torsional>" if patch else ""
+        rolled = f' {ROLLING}="{rolling}"' if dimensions > 4 and rolling else ""
+        return f"<friction{rolled}><ode><mu>{mu if self._rubs else 0.0}</mu></ode>{twisted}</friction>"
 
     def _bits(self, geom: int) -> str:
         """Return the element that states what a shape touches; empty if all shapes touch all or none."""

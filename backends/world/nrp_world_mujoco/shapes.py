@@ -95,7 +95,7 @@ class Shapes:
             "contype": collision.category,
             "conaffinity": collision.touched,
             "condim": 1 if not collision.friction else 4 if collision.torsion else 3,
-            "friction": [collision.friction, collision.torsion, 0],
+            "friction": [collision.friction, collision.torsion, 0],  # rolling: those of MJCF are their own
             # in a contact the geom with the higher priority decides: the more slippery one; those of MJCF
             # have their own, usually 0, so that their contacts are MuJoCo's
             "priority": round(1000 * (1 - collision.friction)),

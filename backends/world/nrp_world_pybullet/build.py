@@ -97,7 +97,7 @@ class _Link:
     Args:
         parent: number of the parent among all links, the base being 0; None for the base.
         pose: pose in the parent's frame; for a base, in the world.
-        collisions: its collisions, all with the same friction, torsion and bits.
+        collisions: its collisions, all with the same frictions and bits.
         inertial: its mass; 0 for fixed links and for additional collisions of the parent.
         joint: its joint; None if it is fixed.
     """
@@ -229,12 +229,13 @@ class _Builder:
         bullet.changeDynamics(*where, linearDamping=0, angularDamping=0, physicsClientId=client)
         bullet.changeDynamics(*where, maxJointVelocity=UNLIMITED_SPEED, physicsClientId=client)
         if link.collisions:
-            friction, torsion = self._frictions[link.collisions[0].friction], link.collisions[0].torsion
+            surface = link.collisions[0]
+            friction, largest = self._frictions[surface.friction], max(self._frictions.values())
             bullet.changeDynamics(*where, lateralFriction=friction, physicsClientId=client)
-            if friction and torsion:
-                # a contact has the sum of both bodies' values, each times the friction of the other body
-                spinning = torsion / max(self._frictions.values())
-                bullet.changeDynamics(*where, spinningFriction=spinning, physicsClientId=client)
+            # a contact has the sum of both bodies' values, each times the friction of the other body
+            for kind, value in (("spinningFriction", surface.torsion), ("rollingFriction", surface.rolling)):
+                if friction and value:
+                    bullet.changeDynamics(*where, **{kind: value / largest}, physicsClientId=client)
         if link.inertial.mass:
             moments = link.inertial.inertia[:3]
             bullet.changeDynamics(*where, localInertiaDiagonal=moments, physicsClientId=client)

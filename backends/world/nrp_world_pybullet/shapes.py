@@ -245,15 +245,15 @@ GROUND_M, GROUND_DEPTH_M = 2000.0, 100.0
 def collisions_of(body: Body) -> list[Sequence[Collision]]:
     """Return the collisions of a body in its frame, distributed to as many links as PyBullet needs.
 
-    Those of a link have the same friction, torsion and bits, which PyBullet sets for a whole link. There is
+    Those of a link have the same frictions and bits, which PyBullet sets for a whole link. There is
     at least one link, which may have none.
     """
     alike: dict[tuple[float, ...], list[Collision]] = {}
     for link in body.links:
         for collision in link.collisions:
             placed = replace(collision, pose=link.pose @ collision.pose)
-            kind = collision.friction, collision.torsion, collision.category, collision.touched
-            alike.setdefault(kind, []).append(placed)
+            frictions = collision.friction, collision.torsion, collision.rolling
+            alike.setdefault((*frictions, collision.category, collision.touched), []).append(placed)
     return [chunk for each in alike.values() for chunk in _chunks(each)] or [()]
 
 

@@ -15,7 +15,7 @@ from typing import Final
 
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Code, Level
-from nrp_core.scene.bodies import PRESERVED, TINTS
+from nrp_core.scene.bodies import PRESERVED, ROLLING, TINTS
 from nrp_core.scene.reading.context import Element, Notes, Reading
 from nrp_core.scene.reading.plugins import wrong_file
 from nrp_core.scene.reading.repairs import MASSLESS
@@ -77,7 +77,7 @@ _ATTRIBUTES: Final = frozenset(
      "mesh/optimization", "model/placement_frame",
      "save/enabled", "custom_rpy/parent_frame", "grav_dir_x/parent_frame"}
 )  # fmt: skip
-_OWN: Final = (MASSLESS, PRESERVED, TINTS)
+_OWN: Final = (MASSLESS, PRESERVED, ROLLING, TINTS)
 """Attributes that elements have that were converted from another format."""
 _TRUTH: Final = {"true": "1", "false": "0", "": "0"}
 

@@ -9,7 +9,7 @@ from math import log1p
 from typing import Final
 
 from nrp_core.findings import Code
-from nrp_core.scene.bodies import Shape, Touched, VisualInFile, build_link, free_name
+from nrp_core.scene.bodies import ROLLING, Shape, Touched, VisualInFile, build_link, free_name
 from nrp_core.scene.devices import ANY_CAMERA
 from nrp_core.scene.inertia import WATER, collision_inertia
 from nrp_core.scene.meshes.convert import Form
@@ -126,6 +126,7 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool, 
                 place(collision),
                 read_bits(collision, reading),
                 read_torsion(collision),
+                float(collision.section("surface").section("friction").attributes.get(ROLLING, 0.0)),
             ),
             collision,
         )

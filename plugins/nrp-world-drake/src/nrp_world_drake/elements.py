@@ -41,8 +41,9 @@ def _lacking(model: Model) -> Iterator[tuple[str, str]]:
     for name, tag in _NUMBERS.items():
         if count := sum(each.tag == tag and _number(each.attribute(name)) != 0 for each in model.native):
             yield name, f"the {name} of {count} <{tag}>"
-    if count := sum(bool(shape.torsion) for link in model.links for shape in link.collisions):
-        yield "torsional", f"the torsional friction of {count} collisions"
+    shapes = [shape for link in model.links for shape in link.collisions]
+    if count := sum(bool(shape.torsion or shape.rolling) for shape in shapes):
+        yield "torsional", f"the torsional and rolling friction of {count} collisions"
     if any(each.tag == "contact" and each.attribute("self") == "true" for each in sections):
         yield "contact", "the contacts between parts"
 
