@@ -43,20 +43,35 @@ def choose(page: Page, panel: str, item: str) -> None:
 
 @pytest.mark.one_of(8)
 @pytest.mark.parametrize("panel", ["Scene", "Brain", "Spikes", "Devices and topics"])
-def test_each_panel_is_saved_as_it_is_seen(panel: str, opened: Page) -> None:
-    body = opened.get_by_role("region", name=panel, exact=True).locator(".panel-body")
-    size = body.evaluate("body => [2 * body.clientWidth, 2 * body.scrollHeight]")
-    picture = Image.open(BytesIO(saved(opened, panel, "Save as PNG")))
-    assert picture.size == pytest.approx(size, abs=40)  # the first has no scroll bar
+def test_each_panel_is_saved_as_wide_as_a_column_of_a_journal(panel: str, opened: Page) -> None:
+    picture = Image.open(BytesIO(saved(opened, panel, "Save as PNG, 85 mm wide")))
+    assert picture.width == round(85 / 25.4 * 300)
+    assert picture.info["dpi"] == pytest.approx((300, 300), abs=0.01)
     pixels = np.asarray(picture.convert("RGB")).reshape(-1, 3)
     assert len(np.unique(pixels, axis=0)) > 50  # more than an empty panel has, also where WebGL draws
 
 
 def test_the_brain_is_saved_as_a_drawing_with_its_own_colours(opened: Page) -> None:
-    root = ET.fromstring(saved(opened, "Brain", "Save as SVG"))
+    root = ET.fromstring(saved(opened, "Brain", "Save as SVG, 180 mm wide"))
+    assert root.get("width") == "180mm"
     circles = root.findall(f".//{SVG}circle[@class='brain-shape']")
     assert len(circles) == 8
     assert all("stroke: rgb(" in circle.get("style", "") for circle in circles)
+
+
+@pytest.mark.parametrize(
+    ("panel", "names"),
+    [("Spikes", {"Neuron", "circuit"}), ("Devices and topics", {"voltage (mV)", "linear.x"})],
+)
+def test_plots_are_saved_as_lines_and_words_with_named_axes(
+    panel: str, names: set[str], opened: Page
+) -> None:
+    root = ET.fromstring(saved(opened, panel, "Save as SVG, 85 mm wide"))
+    assert root.get("width") == "85mm"
+    assert {text.text for text in root.iter(f"{SVG}text")} >= {"Time (s)", *names}
+    assert not [*root.iter(f"{SVG}image")]
+    curves = [path for path in root.iter(f"{SVG}path") if path.get("stroke") == "#0072b2"]
+    assert sum(path.get("d", "").count("M") for path in curves) > 0
 
 
 def test_curves_and_spikes_are_saved_as_tables(opened: Page) -> None:

@@ -60,7 +60,7 @@ function Neuron({ node, number }: { node: Placed; number: number }) {
       <circle className="brain-shape" cx={x} cy={y} r={rx} />
       <circle className="brain-light" cx={x} cy={y} r={rx} />
       {inside && (
-        <text className="brain-number" x={x} y={y} textAnchor="middle" dominantBaseline="central">
+        <text className="brain-number" x={x} y={y} dy="0.35em" textAnchor="middle">
           {number}
         </text>
       )}

@@ -1,9 +1,11 @@
 import { type Comparison, useComparison } from "../difference/comparison";
 import { verdictOf } from "../difference/words";
+import { pictureItems } from "../saving/items";
 import { part } from "../state/commands";
 import { useBlocked } from "../state/run";
 import { Timeline } from "../timeline/Timeline";
 import { Button } from "../ui/Button";
+import { Menu } from "../ui/Menu";
 import { Begin } from "./Begin";
 import { DistancePlot } from "./DistancePlot";
 import { embeddedAddress } from "./embedded";
@@ -24,6 +26,11 @@ export default function CompareView() {
   );
 }
 
+function plotItems() {
+  const plot = document.querySelector<HTMLElement>(".distance");
+  return plot ? pictureItems(plot, () => "distance") : [];
+}
+
 function Two({ comparison }: { comparison: Comparison }) {
   const blocked = useBlocked();
   const [one, other] = comparison.labels;
@@ -40,6 +47,9 @@ function Two({ comparison }: { comparison: Comparison }) {
             {verdictOf(comparison)}
           </span>
           <span className="grow" />
+          <Menu label="Save the plot" items={plotItems} className="btn btn-small btn-ghost">
+            Save
+          </Menu>
           <Button small kind="ghost" icon="close" disabled={blocked} onClick={() => void part()}>
             Close the second run
           </Button>

@@ -49,7 +49,10 @@ function useMap() {
     const moving = plan.current.moving(poseOf);
     const { still } = plan.current;
     seen.current = [...still, ...moving];
-    view.current = chosen.current ?? fittedTo(still.length > 0 ? still : moving, sheet);
+    const wider = sheet.width / (ref.current?.clientWidth || sheet.width); // a figure has a width of its own
+    view.current = chosen.current
+      ? { ...chosen.current, scale: chosen.current.scale * wider }
+      : fittedTo(still.length > 0 ? still : moving, sheet);
     if (view.current) paintMap(sheet, { view: view.current, still, moving, selected, robots: robotsOfNow() });
   });
   useEffect(() => {

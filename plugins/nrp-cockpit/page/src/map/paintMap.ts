@@ -1,5 +1,5 @@
 import { setFont } from "../plots/pen";
-import type { Sheet } from "../plots/useCanvas";
+import type { Pen, Sheet } from "../plots/useCanvas";
 import type { Rgba } from "../world/messages";
 import { type Pose, yawOf } from "../world/pose";
 import type { Trail } from "../world/trail";
@@ -38,7 +38,7 @@ type At = (point: Point) => [number, number];
 const css = ({ r, g, b, a }: Rgba) =>
   `rgb(${Math.round(r * 255)} ${Math.round(g * 255)} ${Math.round(b * 255)} / ${a})`;
 
-function trace(pen: CanvasRenderingContext2D, outline: readonly Point[], at: At): void {
+function trace(pen: Pen, outline: readonly Point[], at: At): void {
   pen.beginPath();
   for (const point of outline) pen.lineTo(...at(point));
   pen.closePath();

@@ -133,7 +133,14 @@ function Raster({ populations, groups, look, zoom, onCount }: RasterProps) {
   const names = populations.map(({ label }) => label).join(", ");
   return (
     <>
-      <canvas ref={ref} className="plot-canvas" role="img" aria-label={`Spikes of ${names}`} {...handlers} />
+      <canvas
+        ref={ref}
+        className="plot-canvas"
+        role="img"
+        aria-label={`Spikes of ${names}`}
+        data-y={look.kind === "rates" ? "Rate (Hz)" : "Neuron"}
+        {...handlers}
+      />
       <PlotTable
         caption={`Spikes of ${names}`}
         columns={SPIKE_COLUMNS}

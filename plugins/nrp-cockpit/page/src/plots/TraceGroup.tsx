@@ -62,7 +62,14 @@ export function TraceGroup({ group: { title, curves }, last }: GroupProps) {
           ))}
         </ul>
       </div>
-      <canvas ref={ref} className="plot-canvas" role="img" aria-label={`Curves of ${names}`} {...handlers} />
+      <canvas
+        ref={ref}
+        className="plot-canvas"
+        role="img"
+        aria-label={`Curves of ${names}`}
+        data-y={title}
+        {...handlers}
+      />
       <PlotTable caption={`Curves of ${names}`} columns={CURVE_COLUMNS} rows={() => curves.map(rowNow)} />
     </section>
   );

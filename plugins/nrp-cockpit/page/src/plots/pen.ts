@@ -1,5 +1,5 @@
 import { type TimeScale, ticksBetween, tickText, xOf } from "./timeAxis";
-import type { Sheet } from "./useCanvas";
+import type { Pen, Sheet } from "./useCanvas";
 import { crosshair } from "./useTimeNavigation";
 
 /** The margins of every plot, so that their times stand below each other. */
@@ -7,7 +7,7 @@ export const MARGIN = { left: 64, right: 12, bottom: 18 };
 
 const TICK_PX = 72;
 
-function vertical(pen: CanvasRenderingContext2D, x: number, top: number, bottom: number): void {
+function vertical(pen: Pen, x: number, top: number, bottom: number): void {
   pen.beginPath();
   pen.moveTo(Math.round(x) + 0.5, top);
   pen.lineTo(Math.round(x) + 0.5, bottom);
@@ -16,7 +16,7 @@ function vertical(pen: CanvasRenderingContext2D, x: number, top: number, bottom:
 
 /** The grid of time between two heights and, below it, its seconds. */
 export function drawTimeAxis(
-  { pen, colours }: Sheet,
+  { pen, colours, figure }: Sheet,
   scale: TimeScale,
   top: number,
   bottom: number,
@@ -32,7 +32,7 @@ export function drawTimeAxis(
   for (const tick of ticks) {
     vertical(pen, xOf(scale, tick), top, bottom);
     const x = Math.min(xOf(scale, tick), scale.right - 8);
-    if (named) pen.fillText(`${tickText(tick, step)} s`, x, bottom + 4);
+    if (named) pen.fillText(`${tickText(tick, step)}${figure ? "" : " s"}`, x, bottom + 4); // or the axis is named
   }
 }
 
@@ -59,12 +59,13 @@ export function drawGaps(
 
 /** Now, and the pointer. */
 export function drawCursors(
-  { pen, colours }: Sheet,
+  { pen, colours, figure }: Sheet,
   scale: TimeScale,
   now_s: number,
   top: number,
   bottom: number,
 ): void {
+  if (figure) return;
   if (now_s >= scale.from_s && now_s <= scale.to_s) {
     pen.strokeStyle = colours.accent;
     pen.lineWidth = 2;

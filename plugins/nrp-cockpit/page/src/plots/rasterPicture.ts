@@ -1,9 +1,14 @@
+import { clock } from "./clock";
 import type { Palette } from "./palette";
 import { highOf, type Lines, lineOf, markSpike, type Pixels, pixelOf } from "./raster";
 import { type Row, TOP } from "./rows";
 import { Scroll, type Stretch } from "./scroll";
 import { spikesOf } from "./spikeStore";
+import { type TimeScale, xOf } from "./timeAxis";
 import type { Sheet } from "./useCanvas";
+
+/** How wide a spike is in a figure. */
+const SPIKE_PX = 0.75;
 
 /** The spikes of some bands in a window of time that moves. */
 export class RasterPicture {
@@ -42,6 +47,26 @@ export class RasterPicture {
     pen.drawImage(this.image, cut, 0, right, high, left, TOP, right / ratio, high / ratio);
     if (cut > 0)
       pen.drawImage(this.image, 0, 0, cut, high, left + right / ratio, TOP, cut / ratio, high / ratio);
+  }
+
+  /** Draws each spike in sight as a line. */
+  stroke({ pen, ratio, colours }: Sheet, scale: TimeScale): void {
+    pen.lineWidth = SPIKE_PX;
+    pen.lineCap = "butt";
+    for (const [label, { tops, highs, inks }] of this.lines)
+      for (const role of ["sensor", "circuit", "actor"] as const) {
+        const ink = pixelOf(colours[role]);
+        pen.beginPath();
+        spikesOf(label).visit(scale.from_s, Math.min(scale.to_s, clock.now_s + 1e-9), (t_s, cell) => {
+          const top = tops[cell] ?? -1;
+          if (top < 0 || inks[cell] !== ink) return;
+          const [x, y] = [xOf(scale, t_s), TOP + top / ratio];
+          pen.moveTo(x, y);
+          pen.lineTo(x, y + (highs[cell] as number) / ratio);
+        });
+        pen.strokeStyle = colours[role];
+        pen.stroke();
+      }
   }
 
   private clear(stretch: Stretch): void {

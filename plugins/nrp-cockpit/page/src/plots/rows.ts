@@ -5,7 +5,7 @@ import { drawGaps, MARGIN } from "./pen";
 import { type Band, layBands, lineOf, rowAt, type Sight } from "./raster";
 import { heardOf } from "./spikeStore";
 import type { TimeScale } from "./timeAxis";
-import type { Sheet } from "./useCanvas";
+import type { Pen, Sheet } from "./useCanvas";
 
 /** Room for the names of events above the first row. */
 export const TOP = 16;
@@ -75,13 +75,7 @@ export function drawNames({ pen, colours, ratio }: Sheet, rows: readonly Row[], 
 }
 
 /** Names a band at its first line unless that is not free, and returns the height at which the next may stand. */
-function drawName(
-  pen: CanvasRenderingContext2D,
-  { label, top, bottom }: Row,
-  line: number,
-  room: number,
-  free: number,
-): number {
+function drawName(pen: Pen, { label, top, bottom }: Row, line: number, room: number, free: number): number {
   const y = top + Math.min(line, bottom - top) / 2;
   if (y < free) return free;
   pen.textAlign = "left";
@@ -90,17 +84,11 @@ function drawName(
 }
 
 /** The width of the number of any cell of a band. */
-const digitsPx = (pen: CanvasRenderingContext2D, { population, cells }: Row): number =>
+const digitsPx = (pen: Pen, { population, cells }: Row): number =>
   pen.measureText(String(population.first + (cells.at(-1) ?? 0))).width + 6;
 
 /** Numbers the cells in sight but the first ones, where a name stands; the first one begins at a height. */
-function drawNumbers(
-  pen: CanvasRenderingContext2D,
-  row: Row,
-  begin: number,
-  pitch: number,
-  skipped: number,
-): void {
+function drawNumbers(pen: Pen, row: Row, begin: number, pitch: number, skipped: number): void {
   const { cells, population, top, bottom } = row;
   pen.textAlign = "right";
   const first = Math.max(0, Math.ceil((top - begin) / pitch - 0.4)) + skipped;
@@ -112,7 +100,7 @@ function drawNumbers(
 }
 
 /** As much of a text as fits into a width, with both ends: names often differ in the last letters. */
-function shortened(pen: CanvasRenderingContext2D, text: string, width: number): string {
+function shortened(pen: Pen, text: string, width: number): string {
   if (pen.measureText(text).width <= width) return text;
   for (let length = text.length - 1; length > 1; length--) {
     const front = Math.ceil(length / 2);

@@ -162,7 +162,8 @@ export class SpikesPicture {
 
   private paintCells(sheet: Sheet, { kind }: Look): void {
     const { scale } = this;
-    this.raster?.paint(sheet, scale.left, scale.from_s);
+    if (sheet.figure) this.raster?.stroke(sheet, scale);
+    else this.raster?.paint(sheet, scale.left, scale.from_s);
     this.table?.count(scale.from_s);
     if (kind === "rates") this.table?.paintBars(sheet, scale);
     if (kind === "heat") this.table?.paintColours(sheet, scale);

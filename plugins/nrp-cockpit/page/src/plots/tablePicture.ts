@@ -5,7 +5,7 @@ import { binFor, type LineOf, RateTable } from "./rates";
 import { type Row, TOP } from "./rows";
 import { spikesOf } from "./spikeStore";
 import { niceStep, type TimeScale, tickText, xOf } from "./timeAxis";
-import type { Sheet } from "./useCanvas";
+import type { Pen, Sheet } from "./useCanvas";
 
 /** A line of the table in the picture, in device pixels. */
 interface Line {
@@ -76,13 +76,7 @@ export class TablePicture {
     });
   }
 
-  private fillBars(
-    pen: CanvasRenderingContext2D,
-    scale: TimeScale,
-    line: number,
-    bottom: number,
-    px_per_hz: number,
-  ): void {
+  private fillBars(pen: Pen, scale: TimeScale, line: number, bottom: number, px_per_hz: number): void {
     const { table } = this;
     for (let bin = table.first; bin < table.first + table.bins; bin++) {
       const [left, right] = [xOf(scale, bin * table.bin_s), xOf(scale, (bin + 1) * table.bin_s)];

@@ -61,7 +61,8 @@ function strokeCurve({ pen }: Sheet, { xs, values }: Curve, yOf: (value: number)
   pen.stroke();
 }
 
-function paintValues(
+/** The lines of the values of an axis and, on the left, their numbers. */
+export function paintValues(
   { pen, colours }: Sheet,
   scale: TimeScale,
   [low, high]: [number, number],

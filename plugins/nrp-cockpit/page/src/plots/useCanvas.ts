@@ -3,15 +3,49 @@ import { useView } from "../state/view";
 import { type Palette, readPalette } from "./palette";
 import { useFrame } from "./useFrame";
 
+type Lines =
+  | "beginPath"
+  | "closePath"
+  | "moveTo"
+  | "lineTo"
+  | "rect"
+  | "setLineDash"
+  | "fillRect"
+  | "strokeRect";
+type Words = "font" | "textAlign" | "textBaseline" | "measureText";
+type Looks = "strokeStyle" | "fillStyle" | "lineWidth" | "lineJoin" | "lineCap" | "globalAlpha";
+type States = "save" | "restore" | "translate" | "rotate" | "imageSmoothingEnabled";
+
+/** What painters use of the pen of a canvas. */
+export interface Pen extends Pick<CanvasRenderingContext2D, Lines | Words | Looks | States> {
+  fill(): void;
+  stroke(): void;
+  clip(): void;
+  fillText(text: string, x: number, y: number): void;
+  drawImage(image: HTMLCanvasElement, sx: number, sy: number, sw: number, sh: number, x: number, y: number, width: number, height: number): void; // biome-ignore format: as the canvas has it
+}
+
 /** What a painter draws with: sizes and places are in CSS pixels. */
 export interface Sheet {
-  pen: CanvasRenderingContext2D;
+  pen: Pen;
   width: number;
   height: number;
   /** Device pixels a CSS pixel. */
   ratio: number;
   colours: Palette;
+  /** Whether it is a figure for print: lines and words instead of pixels, without cursors. */
+  figure?: boolean;
 }
+
+interface Painter {
+  paint: (sheet: Sheet) => void;
+  redraw: () => void;
+}
+
+const painters = new WeakMap<HTMLCanvasElement, Painter>();
+
+/** What paints a canvas; after another sheet it must redraw its own. */
+export const painterOf = (canvas: HTMLCanvasElement): Painter | undefined => painters.get(canvas);
 
 /** As it was last observed: to ask the element in each frame would lay out the page in each. */
 interface Size {
@@ -37,6 +71,9 @@ export function useCanvas(paint: (sheet: Sheet) => void): Canvas {
     if (!ref.current || size.current.width === 0 || size.current.height === 0) return;
     colours.current ??= readPalette();
     paintOn(ref.current, size.current, colours.current, paint);
+  });
+  useEffect(() => {
+    if (ref.current) painters.set(ref.current, { paint, redraw });
   });
   // biome-ignore lint/correctness/useExhaustiveDependencies: the theme changes what the properties say
   useEffect(() => {

@@ -4,17 +4,19 @@ import { kindOf, type PanelId } from "../state/panels";
 import { useRun } from "../state/run";
 import { useTraces } from "../state/traces";
 import type { MenuItem } from "../ui/Menu";
-import { pngOf, svgOf } from "../ui/picture";
+import { pngOf, rasterized } from "../ui/picture";
 import { type Column, curvesCsv, spikesCsv } from "./csv";
 import { download } from "./download";
+import { canBeFigure, figureOf, PRINT_DPI, PX_PER_INCH, pxOf, WIDTHS_MM } from "./figure";
 import { endFilm, startFilm, useFilm } from "./film";
+import { withResolution } from "./png";
 import { type Whole, wholeCurve, wholeSpikes } from "./whole";
 
 /** What of a panel can be saved: items of its menu. */
 export function savingItems(id: PanelId): MenuItem[] {
   const kind = kindOf(id);
-  const items: MenuItem[] = [{ label: "Save as PNG", onSelect: () => void savePng(id) }];
-  if (kind === "brain" && drawingIn(id)) items.push({ label: "Save as SVG", onSelect: () => saveSvg(id) });
+  const body = bodyOf(id);
+  const items = body ? pictureItems(body, () => nameOf(id)) : [];
   if (kind === "traces")
     items.push({ label: "Save as CSV", onSelect: () => void saveCsv(id, curvesOf(id), curvesCsv) });
   if (kind === "spikes")
@@ -25,7 +27,6 @@ export function savingItems(id: PanelId): MenuItem[] {
 
 const bodyOf = (id: PanelId) =>
   document.querySelector<HTMLElement>(`.frame[data-panel="${id}"] > .panel > .panel-body`);
-const drawingIn = (id: PanelId) => bodyOf(id)?.querySelector<SVGSVGElement>("svg.brain-graph");
 
 /** The name of a file without its ending: the run, the panel and the simulated time. */
 function nameOf(id: PanelId): string {
@@ -33,19 +34,30 @@ function nameOf(id: PanelId): string {
   return [experiment?.name ?? "run", id.replace(" ", "-"), `${(status?.t_s ?? 0).toFixed(2)}s`].join("-");
 }
 
-async function savePng(id: PanelId): Promise<void> {
-  const body = bodyOf(id);
-  if (!body) return;
+/** Items that save what an element shows at the widths of a journal's columns. */
+export function pictureItems(body: HTMLElement, name: () => string): MenuItem[] {
+  const formats = canBeFigure(body) ? (["SVG", "PNG"] as const) : (["PNG"] as const);
+  return formats.flatMap((format) =>
+    WIDTHS_MM.map((width_mm) => ({
+      label: `Save as ${format}, ${width_mm} mm wide`,
+      onSelect: () => void savePicture(body, name(), format, width_mm),
+    })),
+  );
+}
+
+async function savePicture(body: HTMLElement, name: string, format: "SVG" | "PNG", width_mm: number) {
+  const figure = figureOf(body, width_mm);
+  const dots = PRINT_DPI / PX_PER_INCH;
   try {
-    download(`${nameOf(id)}.png`, await pngOf(body));
+    if (figure && format === "SVG")
+      return download(`${name}.svg`, new Blob([figure.svg], { type: "image/svg+xml" }));
+    const png = figure
+      ? rasterized(figure.svg, figure.width * dots, figure.height * dots)
+      : pngOf(body, pxOf(width_mm) * dots);
+    download(`${name}.png`, withResolution(await png, PRINT_DPI));
   } catch (error) {
     notify((error as Error).message, "bad");
   }
-}
-
-function saveSvg(id: PanelId): void {
-  const drawing = drawingIn(id);
-  if (drawing) download(`${nameOf(id)}.svg`, svgOf(drawing));
 }
 
 /** Saves a table of all that the server knows, and says since when that is. */

@@ -106,7 +106,11 @@ export class Viewer {
     );
     this.resizing = new ResizeObserver(() => this.resize());
     this.resizing.observe(canvas);
-    canvas.addEventListener(REPAINT, () => this.draw());
+    const ratio = this.renderer.getPixelRatio();
+    canvas.addEventListener(REPAINT, (event) => {
+      this.renderer.setPixelRatio((event as CustomEvent<number | null>).detail ?? ratio);
+      this.draw();
+    });
     this.unfollow = world.follow((change) => this.changed(change));
     if (world.entities.size > 0) this.changed("scene");
   }

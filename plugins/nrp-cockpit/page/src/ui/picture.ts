@@ -1,8 +1,6 @@
-/** The event by which a canvas of WebGL draws at once: its pixels are gone after the frame. */
+/** The event by which a canvas of WebGL draws at once, with `detail` pixels a CSS pixel: they are gone after the frame. */
 export const REPAINT = "repaint";
 
-/** Device pixels a CSS pixel, enough for print. */
-const RATIO = 2;
 const XHTML = "http://www.w3.org/1999/xhtml";
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -10,13 +8,19 @@ const SVG = "http://www.w3.org/2000/svg";
 const HIDDEN =
   ".scene-hint, .plot-cells, .trace-key > button, .hidden-text, .plot-table { display: none !important; }";
 
-/** Returns all contents of a panel, drawn as on the screen but without its controls, as PNG. */
-export async function pngOf(body: HTMLElement): Promise<Blob> {
+/** Returns all contents of a panel, drawn as on the screen but without its controls, as PNG of a width in pixels. */
+export function pngOf(body: HTMLElement, wide: number): Promise<Blob> {
   const { width } = body.getBoundingClientRect();
   const height = body.scrollHeight; // also what is out of sight
-  const image = await loaded(drawingOf(body, width, height));
+  const ratio = wide / width;
+  return rasterized(drawingOf(body, width, height, ratio), wide, height * ratio);
+}
+
+/** Returns a drawing in SVG as PNG of a size in pixels. */
+export async function rasterized(svg: string, width: number, height: number): Promise<Blob> {
+  const image = await loaded(svg);
   const canvas = document.createElement("canvas");
-  [canvas.width, canvas.height] = [Math.round(width * RATIO), Math.round(height * RATIO)];
+  [canvas.width, canvas.height] = [Math.round(width), Math.round(height)];
   canvas.getContext("2d")?.drawImage(image, 0, 0, canvas.width, canvas.height);
   return new Promise((done, fail) =>
     canvas.toBlob((blob) => (blob ? done(blob) : fail(new Error("The browser makes no picture of it.")))),
@@ -33,7 +37,7 @@ function loaded(svg: string): Promise<HTMLImageElement> {
 }
 
 /** The elements with all styles of the page, which a browser draws as it draws the page. */
-function drawingOf(body: HTMLElement, width: number, height: number): string {
+function drawingOf(body: HTMLElement, width: number, height: number, ratio: number): string {
   const root = document.createElementNS(SVG, "svg");
   const inside = document.createElementNS(SVG, "foreignObject");
   for (const one of [root, inside]) {
@@ -45,7 +49,7 @@ function drawingOf(body: HTMLElement, width: number, height: number): string {
   const frame = document.createElement("div");
   frame.className = `${document.documentElement.className} frame`;
   frame.setAttribute("style", pageStyle(width, height));
-  frame.append(style, withPictures(body));
+  frame.append(style, withPictures(body, ratio));
   inside.append(frame);
   root.append(inside);
   return new XMLSerializer().serializeToString(root);
@@ -61,18 +65,19 @@ function pageStyle(width: number, height: number): string {
   return `width: ${width}px; height: ${height}px; ${font}; color: ${color}; background: var(--panel)`;
 }
 
-/** A copy in which the canvases are images. */
-function withPictures(body: HTMLElement): HTMLElement {
+/** A copy in which the canvases are images, of so many pixels a CSS pixel where they can be drawn again. */
+function withPictures(body: HTMLElement, ratio: number): HTMLElement {
   const copy = body.cloneNode(true) as HTMLElement;
   copy.style.height = "100%";
   const canvases = [...copy.querySelectorAll("canvas")];
   [...body.querySelectorAll("canvas")].forEach((canvas, at) => {
-    canvas.dispatchEvent(new Event(REPAINT));
+    canvas.dispatchEvent(new CustomEvent(REPAINT, { detail: ratio }));
     const image = document.createElement("img");
     const { width, height } = canvas.getBoundingClientRect();
     image.className = canvas.className;
     image.setAttribute("style", `width: ${width}px; height: ${height}px`);
     image.src = canvas.toDataURL();
+    canvas.dispatchEvent(new CustomEvent(REPAINT));
     canvases[at]?.replaceWith(image);
   });
   return copy;
@@ -81,21 +86,20 @@ function withPictures(body: HTMLElement): HTMLElement {
 /** What other programs need to know of an element; they do not read the style sheets of the page. */
 const DRAWN = [
   "fill", "stroke", "stroke-width", "stroke-dasharray", "opacity", "fill-opacity", "stroke-opacity", "display",
-  "font-family", "font-size", "font-weight", "text-anchor", "dominant-baseline", "marker-end", "paint-order",
+  "font-family", "font-size", "font-weight", "text-anchor", "marker-end", "paint-order",
 ]; // biome-ignore format: a list
 
-/** Returns a drawing of the page as a file of its own. */
-export function svgOf(drawing: SVGSVGElement): Blob {
+/** Returns the elements of a drawing of the page, with what its style sheets say of them. */
+export function elementsOf(drawing: SVGSVGElement): string {
   const copy = drawing.cloneNode(true) as SVGSVGElement;
-  const { width, height } = drawing.getBoundingClientRect();
   const copies = [...copy.querySelectorAll("*")];
   [...drawing.querySelectorAll("*")].forEach((one, at) => {
     const style = getComputedStyle(one);
     const text = DRAWN.map((name) => `${name}: ${style.getPropertyValue(name)}`).join("; ");
     copies[at]?.setAttribute("style", text);
+    const scale = new DOMMatrix(style.transform).a; // few programs know what CSS transforms
+    if (one instanceof SVGRectElement && scale !== 1)
+      copies[at]?.setAttribute("width", String(scale * one.width.baseVal.value));
   });
-  copy.setAttribute("width", String(width));
-  copy.setAttribute("height", String(height));
-  copy.setAttribute("xmlns", SVG);
-  return new Blob([new XMLSerializer().serializeToString(copy)], { type: "image/svg+xml" });
+  return [...copy.children].map((one) => new XMLSerializer().serializeToString(one)).join("\n");
 }
