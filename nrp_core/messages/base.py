@@ -287,14 +287,15 @@ class NumberLayout:
         """Return the numbers in each of ``n`` messages, given one message of arrays or of common numbers.
 
         Returns:
-            None if it has other values, or arrays of another length.
+            None if it has other values, integers too, or arrays of another length.
         """
         try:
             read: Any = self._read(message)
             values = (read,) if len(self.paths) == 1 else read
             rows = np.empty((n, len(values)))
             for k, value in enumerate(values):
-                if not isinstance(value, (int, float)) and np.shape(value) != (n,):
+                is_array = type(value) is np.ndarray and value.shape == (n,)
+                if not (value.dtype.char in "efd" if is_array else type(value) is float):
                     return None
                 rows[:, k] = value
         except (AttributeError, TypeError, ValueError):
