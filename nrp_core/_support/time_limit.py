@@ -107,6 +107,7 @@ class TimeLimit:
         self._again = False  # whether it was interrupted before and continued
         self._tracer: Any = None
         self._watched = False
+        self._before: Any = None
         self._watcher: threading.Thread | None = None
 
     def call(self, function: Callable[..., T], *arguments: Any) -> T:
@@ -137,7 +138,7 @@ class TimeLimit:
             return
         self._tracer = sys.gettrace()
         main = _CALLS and threading.current_thread() is threading.main_thread()
-        before = signals.signal(signal.SIGURG, self._on_signal) if main else None
+        self._before = before = signals.signal(signal.SIGURG, self._on_signal) if main else None
         with self._lock:
             self._thread, self._watched, self._in_main = threading.get_ident(), True, main
             if self._watcher is None or not self._watcher.is_alive():  # threads do not survive a fork
@@ -186,6 +187,8 @@ class TimeLimit:
             if self._again:
                 _insist(frame)
             raise TimeLimitExceeded
+        if callable(self._before):  # the call may be one of another limit that watches as well
+            self._before(number, frame)
 
 
 def _insist(frame: FrameType | None) -> None:

@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from functools import partial
 from typing import Any, TypeAlias
 
@@ -37,6 +38,7 @@ class SideBySide(Closing):
         self._brains = [BrainBatch() for _ in range(threads)]
         self._has_frozen = False
         self._observing: dict[Any, Any] = {}
+        self._limits: dict[float | None, time_limit.TimeLimit] = {}
 
     def step(self, loops: Sequence[ClosedLoop]) -> dict[int, Exception]:
         """Take one step of each loop; one that fails does not stop the others.
@@ -49,11 +51,12 @@ class SideBySide(Closing):
         if not self._has_frozen:
             _frozen.begin()
             self._has_frozen = True
-        limit = loops[0].time_limit
-        for loop in loops:
-            loop.time_limit = limit  # a limit of its own for each would be a thread for each
+        for loop in loops:  # a limit of its own for each would be a thread for each
+            loop.time_limit = self._limits.setdefault(loop.time_limit.limit_s, loop.time_limit)
         failed: dict[int, Exception] = {}
-        with time_limit.DeferredInterrupt(), limit.watching():
+        with time_limit.DeferredInterrupt(), ExitStack() as watching:
+            for limit in {loop.time_limit for loop in loops}:
+                watching.enter_context(limit.watching())
             self._each({n: loop.begin_step for n, loop in enumerate(loops)}, failed)
             going = [n for n in range(len(loops)) if n not in failed]
             shares = [going[first :: self.threads] for first in range(self.threads)]
@@ -62,7 +65,7 @@ class SideBySide(Closing):
             waiting = self._each({n: partial(_end, loop) for n, loop in enumerate(loops)}, failed)
             while calling := {n: waits for n, waits in waiting.items() if waits[1][0] is not None}:
                 waiting = {n: waits for n, waits in waiting.items() if n not in calling}
-                going_on = _continuations(calling, limit)
+                going_on = _continuations(loops, calling)
                 waiting |= calling | self._each(going_on, failed)
             self._observe([loops[n] for n in waiting])
             self._each(
@@ -167,19 +170,20 @@ def _waits(ending: EndOfStep, go_on: Callable[[], VectorizedCall]) -> Waiting | 
 
 
 def _continuations(
-    waiting: dict[int, Waiting], limit: time_limit.TimeLimit
+    loops: Sequence[ClosedLoop], waiting: dict[int, Waiting]
 ) -> dict[int, Callable[[], Waiting | None]]:
     """Make the call that the first loop waits for; return how it continues, and all that wait for the same.
 
     These are removed from those that wait.
     """
-    kind = _kind(next(iter(waiting.values())))
-    numbers = [number for number, waits in waiting.items() if _kind(waits) == kind]
+    kinds = {number: (loops[number].time_limit, *_kind(waits)) for number, waits in waiting.items()}
+    first, kind = next(iter(kinds.items()))
+    numbers = [number for number, own in kinds.items() if own == kind]
     endings, calls = zip(*map(waiting.pop, numbers), strict=True)
     steps: list[Callable[[], Any]]
     began = time.perf_counter_ns()
     try:
-        results = limit.call(call_for_copies, calls)
+        results = loops[first].time_limit.call(call_for_copies, calls)
         share_ns = (time.perf_counter_ns() - began) // len(calls)
         steps = [partial(end.send, (row, share_ns)) for end, row in zip(endings, results, strict=True)]
     except BaseException as error:  # noqa: BLE001 - each loop treats it as an error of its own

@@ -47,10 +47,10 @@ def computed():
 class Copy:
     """A loop between mocks, and what its functions publish."""
 
-    def __init__(self, function):
+    def __init__(self, function, **options):
         self.brain = MockBrain({"cells": 2})
         self.world = MockWorld({"/in": Float64, "/out": Twist, "/also": Float64})
-        self.loop = ClosedLoop(self.brain, self.world, [function], period_ns=STEP_NS)
+        self.loop = ClosedLoop(self.brain, self.world, [function], period_ns=STEP_NS, **options)
         self.published = []
         self.world.add_observer(
             lambda topic, one: self.published.append((topic, one.t_ns, repr(one.message)))
@@ -106,6 +106,52 @@ def test_a_value_that_a_topic_cannot_carry_fails_its_copy_alone():
     failed, sent = stepped(lambda own: np.where(own.own.value == 1.0, np.nan, own.own.value))
     assert [*failed] == [1]
     assert sent == [1, 0, 1]
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        lambda own: own.astype(int),
+        lambda own: 3,
+        lambda own: np.float64(0.5),
+        lambda own: own > 1.0,
+        lambda own: own.astype(np.float32) / 3,
+        lambda own: own / 3,
+    ],
+)
+def test_numbers_are_published_as_they_are_by_a_run_alone(value):
+    def copy(number):
+        made = Copy(made_of(lambda given: Float64(value(given.own.value))))
+        made.loop.functions[0].own.value = float(number)
+        return made
+
+    copies, runs = [copy(number) for number in range(3)], [copy(number) for number in range(3)]
+    with SideBySide() as together:
+        assert together.step([one.loop for one in copies]) == {}
+    for one in runs:
+        one.loop.step()
+    assert [one.published for one in copies] == [one.published for one in runs]
+    assert all(len(one.published) == 1 for one in copies)
+
+
+@pytest.mark.parametrize("vectorized", [False, True])
+def test_each_copy_has_its_own_time_limit(vectorized):
+    def function():
+        @nrp.MapVariable("own", initial_value=0.0)
+        @nrp.Neuron2Robot(vectorized=vectorized)
+        def hang(t, own):
+            while np.max(own.value) == 1.0:
+                pass
+
+        return hang
+
+    copies = [Copy(function(), function_time_limit_s=limit_s) for limit_s in (60.0, 0.2, None)]
+    for number, copy in enumerate(copies):
+        copy.loop.functions[0].own.value = 2.0 if number == 2 else float(number)
+    with SideBySide() as together:
+        failed = together.step([copy.loop for copy in copies])
+    assert [*failed] == [1]
+    assert "0.2 s" in str(failed[1])
 
 
 @pytest.mark.parametrize(
