@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import groupby
-from operator import attrgetter
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -30,12 +28,14 @@ class ManyObservations:
 
     def evaluate(self, observations: Sequence[Observation]) -> None:
         """Evaluate the time that each has reached."""
+        batches: dict[Table, list[Observation]] = {}
         for one in observations:
             if not one.watch.is_lent or one.trail is None or one.trail.scene is not one.engine.scene:
                 one.table = self._lend(one)
-        for table, some in groupby(observations, attrgetter("table")):
-            if table is not None:
-                table.evaluate(list(some))
+            if one.table is not None:
+                batches.setdefault(one.table, []).append(one)
+        for table, some in batches.items():
+            table.evaluate(some)
 
     def _lend(self, one: Observation) -> Table | None:
         """Give the state of a copy to arrays; None: it continues alone."""
