@@ -30,8 +30,9 @@ from nrp_core.world.engine_kit.joint_servo import ExplicitServos, Stops, servoed
 from nrp_core.world.engine_kit.simulated import Decay
 from nrp_world_pybullet.build import FAR_AWAY, BodyHandle, Built
 from nrp_world_pybullet.firm import BulletFirmJoints
+from nrp_world_pybullet.inertia import Inertia
 from nrp_world_pybullet.library import bullet
-from nrp_world_pybullet.motion import Inertia, JointReader, Moving
+from nrp_world_pybullet.motion import JointReader, Moving
 from nrp_world_pybullet.muscles import Muscles
 from nrp_world_pybullet.soft_constraints import SoftConstraints, armatures_of
 
@@ -111,8 +112,7 @@ class Tree:
         self._link_of = [place.link for joint, place in joints for _ in joint.coordinates]
         self._undamped = set[int]()
         limits = [joint.effort for joint in ways]
-        rest = np.zeros(len(ways))
-        self.exact = self.has_muscles and inertia.bias(rest, rest) is not None
+        self.exact = self.has_muscles and not (inertia.floats and muscles.pull_at_world(model.name))
         motors = armatures_of(model) if self.exact else {}
         armatures = np.array([motors.get(joint.name, 0.0) for joint in ways])
         self.servos = ExplicitServos(limits, step_s, dampers if self.strongly_damped else None, armatures)
@@ -126,9 +126,9 @@ class Tree:
         constraints, client = SoftConstraints(ways, model, inertia, step_s), self._client
         for n in constraints.limited:
             far = {"jointLowerLimit": -FAR_AWAY, "jointUpperLimit": FAR_AWAY}
-            bullet.changeDynamics(self._multibody, self._links[n], **far, physicsClientId=client)
+            bullet.changeDynamics(self._multibody, self._link_of[n], **far, physicsClientId=client)
         for n in constraints.rubbing:
-            where, mode = (self._multibody, self._links[n]), bullet.VELOCITY_CONTROL
+            where, mode = (self._multibody, self._link_of[n]), bullet.VELOCITY_CONTROL
             bullet.setJointMotorControl2(*where, mode, force=0.0, physicsClientId=client)
         return constraints.push if constraints else None
 
@@ -162,14 +162,15 @@ class Tree:
             return np.zeros(len(springs)), springs
         known: FloatArray = springs
         viscosity: FloatArray | float = 0.0
-        bias = None
+        bias: FloatArray | None = None
         if self._columns is not None:
             pulls, damping = self._muscles.loads(self._columns)
             # MuJoCo's implicitfast leaves out the damping between branches of a tree
             known, viscosity = springs + pulls, damping * self._inertia.related
         if self.exact:
-            bias = self._inertia.bias(positions, velocities)
-        inertia = self._inertia.now(positions)
+            inertia, bias = self._inertia.dynamics(positions, velocities)
+        else:
+            inertia = self._inertia.now(positions)
         efforts = self.servos.push(positions, velocities, inertia, known, viscosity, bias, self._stops)
         return efforts, self.servos.braking + springs
 

@@ -1,4 +1,4 @@
-"""Poses and velocities of models, states of their joints, and the joint-space inertia of a model."""
+"""Poses and velocities of models, and states of their joints."""
 
 from __future__ import annotations
 
@@ -10,21 +10,16 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core._support.quiet import quiet
-from nrp_core._support.small_matrices import product
 from nrp_core.scene.merged_bodies import Body
-from nrp_core.scene.model import Inertial
 from nrp_core.scene.rigid import (
     JointStates,
     ModelMotion,
     Pose,
     Quaternion,
     Vector,
-    rotation_matrix,
     rotation_vector,
 )
 from nrp_core.world.engine import MOST_RATE
-from nrp_core.world.engine_kit.elimination import solve
 from nrp_core.world.engine_kit.joint_bounds import JointBounds
 from nrp_world_pybullet.build import BASE, BodyHandle
 from nrp_world_pybullet.library import bullet
@@ -191,135 +186,16 @@ class JointReader:
                 yield from zip(rotation_vector(turn), velocities, efforts, strict=True)
 
 
-_FREE = 6
+def motions_of(multibody: int, links: list[int], client: int) -> list[tuple[float, ...]]:
+    """Return how centres of mass move, along principal axes; the base can only be the first of the links.
 
-
-class Inertia:
-    """The inertia of one multi-body.
-
-    Args:
-        bodies: all bodies of a model with their handles.
-        multibody: the multi-body among them.
-        client: the physics client.
-
-    Attributes:
-        related: 1 for two coordinates one of which moves the other's body, else 0, shape ``(n, n)``.
+    Returns:
+        Position (m), orientation (x, y, z, w), linear (m/s) and angular velocity (rad/s), for each link.
     """
-
-    def __init__(self, bodies: Sequence[tuple[Body, BodyHandle]], multibody: int, client: int) -> None:
-        self._multibody, self._client = multibody, client
-        own = [(n, body, place) for n, (body, place) in enumerate(bodies) if place.multibody == multibody]
-        own.sort(key=lambda each: each[2].link)
-        joints = [body.joint for _, body, _ in own if body.joint is not None]
-        self._base = _FREE if own[0][1].floats else 0
-        chains = [(n, {*_above(bodies, n)}) for n, body, _ in own for _ in _coordinates(body)]
-        self.related = np.array(
-            [[n in above or m in line for m, above in chains] for n, line in chains], float
-        )
-        self._moving = _Moving(bodies, own, client) if any(j.kind == "ball" for j in joints) else None
-        if self._moving is None:
-            with quiet():  # PyBullet prints of each axis that it rounded, when it first computes with it
-                try:
-                    self._matrix(np.zeros(sum(len(joint.coordinates) for joint in joints)))
-                except SystemError:  # it refuses the tensor of a heavy body if rounding made it unsymmetric
-                    self._moving = _Moving(bodies, own, client)
-
-    def now(self, positions: FloatArray) -> FloatArray:
-        """Return the joint-space inertia with a free base, shape ``(n, n)``.
-
-        Args:
-            positions: positions of the joints; not used with ball joints.
-        """
-        mass = self._moving.mass() if self._moving is not None else self._matrix(positions)
-        n = self._base
-        inertia: FloatArray = mass[n:, n:]
-        if n:  # the motion of the free base
-            inertia = inertia - product(mass[n:, :n], solve(mass[:n, :n], mass[:n, n:]))
-        return inertia
-
-    def bias(self, positions: FloatArray, velocities: FloatArray) -> FloatArray | None:
-        """Return the efforts with which the joints do not accelerate, against gravity and velocities.
-
-        Returns:
-            Efforts, N m or N, shape ``(n,)``; None with a free base or ball joints.
-        """
-        if self._base or self._moving is not None:
-            return None
-        state = positions.tolist(), velocities.tolist(), [0.0] * len(positions)
-        return np.array(
-            bullet.calculateInverseDynamics(self._multibody, *state, physicsClientId=self._client)
-        )
-
-    def _matrix(self, positions: FloatArray) -> FloatArray:
-        """Return PyBullet's own mass matrix."""
-        place = self._multibody
-        return np.array(bullet.calculateMassMatrix(place, positions.tolist(), physicsClientId=self._client))
-
-
-class _Moving:
-    """The mass matrix of a multi-body from its bodies' motions.
-
-    Args:
-        bodies: all bodies of a model with their handles.
-        own: number, body and handle of the bodies of the multi-body, in PyBullet's order.
-        client: the physics client.
-    """
-
-    def __init__(
-        self,
-        bodies: Sequence[tuple[Body, BodyHandle]],
-        own: Sequence[tuple[int, Body, BodyHandle]],
-        client: int,
-    ) -> None:
-        heavy = [(number, body, place) for number, body, place in own if not body.fixed]
-        self._frames = [moving(body, place, Pose(), client).place for _, body, place in heavy]
-        inertials = [body.inertial or Inertial(0.0) for _, body, _ in heavy]
-        self._masses = np.array([inertial.mass for inertial in inertials])
-        self._moments = np.array([np.diag(inertial.inertia[:3]) for inertial in inertials])
-        self._centres = np.array([inertial.pose.position for inertial in inertials])
-        self._axes = np.array([rotation_matrix(inertial.pose.orientation) for inertial in inertials])
-        ways = [(k, *way) for k, (_, body, _) in enumerate(heavy) for way in _ways(body)]
-        self._bodies = np.array([k for k, _, _ in ways])
-        self._along = np.array([axis for _, axis, _ in ways])
-        self._slides = np.array([slides for _, _, slides in ways])[:, None, None]
-        above = [set(_above(bodies, number)) for number, _, _ in heavy]
-        carried = [[heavy[k][0] in each for each in above] for k in self._bodies]
-        self._carried = np.array(carried, dtype=float)[:, :, None]
-
-    def mass(self) -> FloatArray:
-        """Return the mass matrix; its first rows are the base's motion along and about its own axes."""
-        frames = [frame() for frame in self._frames]
-        turns = np.array([rotation_matrix(orientation) for _, orientation in frames])
-        origins = np.array([position for position, _ in frames])
-        centres = origins + np.einsum("kij,kj->ki", turns, self._centres)
-        axes = product(turns, self._axes)
-        moments = product(product(axes, self._moments), axes.transpose(0, 2, 1))
-        along = np.einsum("dij,dj->di", turns[self._bodies], self._along)[:, None, :]
-        levers = centres[None] - origins[self._bodies][:, None]
-        linear = self._carried * np.where(self._slides, along, np.cross(along, levers))
-        angular = self._carried * np.where(self._slides, 0.0, along)
-        mass: FloatArray = np.einsum("dki,k,eki->de", linear, self._masses, linear)
-        mass += np.einsum("dki,kij,ekj->de", angular, moments, angular)
-        return mass
-
-
-def _ways(body: Body) -> list[tuple[tuple[float, ...], bool]]:
-    """Return the degrees of freedom of a body relative to its parent: each axis, and whether it slides."""
-    units = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
-    if body.joint is None:
-        return [(axis, slides) for slides in (True, False) for axis in units]
-    if body.joint.kind == "ball":
-        return [(axis, False) for axis in units]
-    return [(body.joint.axis, body.joint.kind == "prismatic") for _ in body.joint.coordinates]
-
-
-def _coordinates(body: Body) -> Sequence[str]:
-    return () if body.joint is None else body.joint.coordinates
-
-
-def _above(bodies: Sequence[tuple[Body, BodyHandle]], number: int) -> list[int]:
-    """Return the numbers of a body and of all its ancestors."""
-    chain = [number]
-    while (parent := bodies[chain[-1]][0].parent) is not None:
-        chain.append(parent)
-    return chain
+    found = []
+    if links[0] == BASE:
+        place, turn = bullet.getBasePositionAndOrientation(multibody, client)
+        linear, angular = bullet.getBaseVelocity(multibody, client)
+        found, links = [(*place, *turn, *linear, *angular)], links[1:]
+    states = bullet.getLinkStates(multibody, links, 1, 1, client) if links else ()
+    return found + [(*each[0], *each[1], *each[6], *each[7]) for each in states]

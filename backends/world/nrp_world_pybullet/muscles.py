@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
-from nrp_core._support.jit import inlined, jit
+from nrp_core._support.jit import jit
 from nrp_core._support.small_matrices import product
 from nrp_core.scene.consistency import WORLD
 from nrp_core.scene.merged_bodies import Body, body_of, tree_of
@@ -23,8 +23,10 @@ from nrp_core.world.engine_kit.muscles import (
     force_velocity_slope,
     passive_force,
 )
-from nrp_world_pybullet.build import BASE, Built
+from nrp_world_pybullet.build import Built
+from nrp_world_pybullet.inertia import rotate
 from nrp_world_pybullet.library import bullet
+from nrp_world_pybullet.motion import motions_of
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 MOTION = 13
@@ -33,16 +35,6 @@ LENGTH, VELOCITY, TENSION, ACTIVATION = range(4)
 _FORCE, _OPTIMAL, _SLACK, _LMIN, _LMAX, _VMAX, _FPMAX, _FVMAX, _RISE, _FALL, _SMOOTH = range(11)
 _PARAMETERS = ("force", "optimal_length", "slack_length", "lmin", "lmax", "vmax", "fpmax", "fvmax",
                "activation_s", "deactivation_s", "smoothing")  # fmt: skip
-
-
-@inlined
-def _rotated(q: FloatArray, v: FloatArray, out: FloatArray) -> None:
-    """Rotate a vector by the quaternion in a motion."""
-    x, y, z, w = q[3], q[4], q[5], q[6]
-    tx, ty, tz = 2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]), 2 * (x * v[1] - y * v[0])
-    out[0] = v[0] + w * tx + y * tz - z * ty
-    out[1] = v[1] + w * ty + z * tx - x * tz
-    out[2] = v[2] + w * tz + x * ty - y * tx
 
 
 @jit
@@ -58,7 +50,7 @@ def locate(motions: FloatArray, carriers: IntArray, points: FloatArray, places: 
     for k in range(len(points)):
         motion, place = motions[carriers[k]], places[k]
         arm = place[6:]
-        _rotated(motion, points[k], arm)
+        rotate(motion, points[k], arm)
         for i in range(3):
             place[i] = motion[i] + arm[i]
         place[3] = motion[7] + motion[11] * arm[2] - motion[12] * arm[1]
@@ -152,8 +144,8 @@ def find_moments(
     rates = np.empty((len(places), 3))
     for c in range(len(levers)):
         motion, slides = motions[int(levers[c, 6])], levers[c, 7] > 0.0
-        _rotated(motion, levers[c, :3], axis)
-        _rotated(motion, levers[c, 3:6], anchor)
+        rotate(motion, levers[c, :3], axis)
+        rotate(motion, levers[c, 3:6], anchor)
         for k in range(len(places)):
             rate, at = rates[k], places[k]
             x, y, z = (
@@ -252,13 +244,11 @@ class Muscles:
         self._last: FloatArray | None = None  # efforts in the last step, shape (c + 1,)
         self._groups: dict[tuple[str, tuple[str, ...]], IntArray] = {}
         self._places = [built.bodies[model][index][1] for model, index in carriers]
-        self._bases = [(row, each.multibody) for row, each in enumerate(self._places) if each.link == BASE]
         self._links: dict[int, tuple[list[int], list[int]]] = {}  # rows and links of each multi-body
-        for row, place in enumerate(self._places):
-            if place.link != BASE:
-                held, links = self._links.setdefault(place.multibody, ([], []))
-                held.append(row)
-                links.append(place.link)
+        for row, place in sorted(enumerate(self._places), key=lambda each: each[1].link):  # the base first
+            held, links = self._links.setdefault(place.multibody, ([], []))
+            held.append(row)
+            links.append(place.link)
 
     def __bool__(self) -> bool:
         return bool(self._numbers)
@@ -294,6 +284,12 @@ class Muscles:
         find_moments(motions, places, rows, ends, self._levers, self._moved, self._moments)
         self._pulled = True
 
+    def pull_at_world(self, model: str) -> bool:
+        """Return whether a muscle of a model has a point that does not move."""
+        last = len(self._motions) - 1
+        own = [self._ends[n] for (owner, _), n in self._numbers.items() if owner == model]
+        return any(last in self._rows[start:end] for start, end in own)
+
     def columns(self, paths: Sequence[tuple[str, str]]) -> IntArray | None:
         """Return the numbers of coordinates for :meth:`loads`; None if muscles move none of them."""
         if not any(path in self._columns for path in paths):
@@ -314,14 +310,8 @@ class Muscles:
 
     def _read(self, motions: FloatArray) -> None:
         """Write the motions of the bodies' centres of mass along principal axes."""
-        client = self._client
-        for row, body in self._bases:
-            place, turn = bullet.getBasePositionAndOrientation(body, client)
-            linear, angular = bullet.getBaseVelocity(body, client)
-            motions[row] = (*place, *turn, *linear, *angular)
         for body, (rows, links) in self._links.items():
-            states = bullet.getLinkStates(body, links, 1, 1, client)
-            motions[rows] = [(*each[0], *each[1], *each[6], *each[7]) for each in states]
+            motions[rows] = motions_of(body, links, self._client)
 
     def set_control(self, model: str, muscle: str, value: float) -> None:
         """Set the control of a muscle."""
