@@ -9,6 +9,7 @@ from math import inf
 from pathlib import Path
 
 from nrp_core._support.checked_arguments import checks_arguments, is_number, takes
+from nrp_core._support.used_files import FilesRead
 from nrp_core.checks.warnings import with_warnings
 from nrp_core.clock import from_seconds
 from nrp_core.errors import ExperimentError, did_you_mean
@@ -23,7 +24,6 @@ from nrp_core.experiment.running.run import Run
 from nrp_core.paths import path_of
 from nrp_core.recording.folder.expected_size import size_note
 from nrp_core.recording.folder.recording_folder import RecordingFolder
-from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import Images, check_folder
 from nrp_core.recording.recording import recorded
 from nrp_core.world.world import World

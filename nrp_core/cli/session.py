@@ -30,8 +30,8 @@ from nrp_core.running import open_checked_run
 from nrp_core.scripts import intercept_os_exit
 
 if TYPE_CHECKING:
+    from nrp_core._support.used_files import FilesRead
     from nrp_core.recording.folder.recording_folder import RecordingFolder
-    from nrp_core.recording.folder.used_files import FilesRead
 
 OFF = "off"
 
@@ -153,7 +153,7 @@ class Session:
         with ExitStack() as stack:
             files = None
             if folder is not None:
-                from nrp_core.recording.folder.used_files import FilesRead
+                from nrp_core._support.used_files import FilesRead
 
                 files = stack.enter_context(FilesRead())
             experiment = self._read()

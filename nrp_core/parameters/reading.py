@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 
 from nrp_core.errors import ExperimentError, ParameterError
@@ -82,7 +83,7 @@ class Declared:
         """
         if not self.parameters:
             return []
-        nodes = [node for tree in self.trees.values() for node in ast.walk(tree)]
+        nodes = [node for tree in self.trees.values() for node in _nodes(tree)]
         read = {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
         if read & _LOOKING:
             return []
@@ -96,7 +97,7 @@ class Declared:
             (path, statement.lineno)
             for path, tree in self.trees.items()
             for i, statement in enumerate(tree.body)
-            if _is_discarded(statement, read) or _is_replaced(tree.body, i)
+            if _is_discarded(statement, read) or i in _replaced(tree)
         }
         return [one for one in self.parameters.values() if (one.path, one.line) in kept_nowhere]
 
@@ -107,7 +108,18 @@ def parse_script(path: Path) -> ast.Module:
     Raises:
         SyntaxError, ValueError, OSError: it is not Python, or cannot be read.
     """
-    return ast.parse(path.read_bytes())
+    return _parse(path.read_bytes())
+
+
+@lru_cache(maxsize=64)
+def _parse(data: bytes) -> ast.Module:
+    """Return a script as a tree that nobody changes; the runs of a sweep read the same scripts."""
+    return ast.parse(data)
+
+
+@lru_cache(maxsize=64)
+def _nodes(tree: ast.Module) -> tuple[ast.AST, ...]:
+    return tuple(ast.walk(tree))
 
 
 def read_parameters(
@@ -136,7 +148,7 @@ def read_parameters(
         except (SyntaxError, ValueError, OSError):  # reported where the script is executed or checked
             continue
         declared.trees[file] = tree
-        nodes = list(ast.walk(tree))
+        nodes = _nodes(tree)
         for call in _calls(nodes, dialect):
             _declare(call, file, declared)
         waiting += _neighbours(nodes, file.parent)
@@ -221,6 +233,11 @@ def _is_discarded(node: ast.stmt, read: Collection[str]) -> bool:
         case ast.Assign([ast.Name(name)], ast.Call(func)) | ast.AnnAssign(ast.Name(name), _, ast.Call(func)):
             return last_name(func) == CALL and name not in read
     return False
+
+
+@lru_cache(maxsize=64)
+def _replaced(tree: ast.Module) -> frozenset[int]:
+    return frozenset(i for i in range(len(tree.body)) if _is_replaced(tree.body, i))
 
 
 def _is_replaced(statements: Sequence[ast.stmt], i: int) -> bool:

@@ -7,6 +7,7 @@ from nrp_core._support.lazy import lazily
 
 TYPE_CHECKING = False  # type checkers know this name; importing typing would take 5 ms
 if TYPE_CHECKING:
+    from nrp_core._support.used_files import FilesRead as FilesRead
     from nrp_core.recording.export import Exporter as Exporter
     from nrp_core.recording.export.numbers import Numbers as Numbers
     from nrp_core.recording.export.numbers import Series as Series
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
     from nrp_core.recording.folder.dependencies import changes_since as changes_since
     from nrp_core.recording.folder.dependencies import dependencies as dependencies
     from nrp_core.recording.folder.recording_folder import RecordingFolder as RecordingFolder
-    from nrp_core.recording.folder.used_files import FilesRead as FilesRead
     from nrp_core.recording.images import values_of as values_of
     from nrp_core.recording.layout import RUN_NAME as RUN_NAME
     from nrp_core.recording.layout import Images as Images

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from nrp_experiments.fly.twin import INHIBITORY, SYNAPSES_PER_CELL, twin
 
+from nrp_core._support.used_files import FilesRead
 from nrp_core.experiment.running.result import Result
 from nrp_core.recording.figures.room import RoomView
 from nrp_core.recording.figures.story import Story
-from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayVerdict
 from nrp_core.running import run

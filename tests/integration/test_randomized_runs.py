@@ -9,11 +9,11 @@ from command_fixtures import Done, nrp
 from experiment_fixtures import _place, drive_to_the_wall, fakes, install, site
 from golden import Golden
 
+from nrp_core._support.used_files import FilesRead
 from nrp_core.errors import CapabilityError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
-from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayVerdict
 

@@ -12,12 +12,12 @@ import nrp_experiments
 import numpy as np
 import pytest
 
+from nrp_core._support.used_files import FilesRead
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.export import export
 from nrp_core.recording.figures.story import Story
 from nrp_core.recording.folder.recording_folder import RecordingFolder
-from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import MUSCLES
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayVerdict

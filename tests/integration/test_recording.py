@@ -7,13 +7,13 @@ import pytest
 from golden import Golden
 from rosbags.highlevel import AnyReader
 
+from nrp_core._support.used_files import FilesRead
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import InvalidExperimentError
 from nrp_core.recording.figures import plot
 from nrp_core.recording.folder.recording_folder import RecordingFolder
-from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.images import pixels_of
 from nrp_core.recording.layout import MCAP_NAME, Images, Role
 from nrp_core.recording.recording import Recording

@@ -18,6 +18,7 @@ from mcap_ros2.decoder import DecoderFactory
 from nrp_lab.comparison.metric import all_metrics
 from nrp_lab.comparison.result import PairDiff
 
+from nrp_core._support.used_files import FilesRead
 from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha
 from nrp_core.dsl import Neuron2Robot, Topic
 from nrp_core.errors import ExperimentError, SnapshotError
@@ -25,7 +26,6 @@ from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.messages.geometry_msgs import Twist
 from nrp_core.recording.folder.recording_folder import RecordingFolder
-from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, STEPS
 from nrp_core.recording.reading.recover import recover
 from nrp_core.recording.reading.steps import steps_of

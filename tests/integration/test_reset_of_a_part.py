@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 from golden import Golden
 
+from nrp_core._support.used_files import FilesRead
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.calls import CallNoter
 from nrp_core.recording.folder.recording_folder import RecordingFolder
-from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest
 from nrp_core.scene.rigid import Vector

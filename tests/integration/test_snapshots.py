@@ -10,11 +10,11 @@ import pytest
 from golden import Golden
 from nrp_world_mujoco.engine import MujocoEngine
 
+from nrp_core._support.used_files import FilesRead
 from nrp_core.errors import SnapshotError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
-from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import RUN_NAME, SNAPSHOTS
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayResult, ReplayVerdict

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from nrp_core._support.used_files import FilesRead
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import InvalidExperimentError
@@ -16,7 +17,6 @@ from nrp_core.recording.figures.page import _rows
 from nrp_core.recording.figures.story import Story
 from nrp_core.recording.figures.style import Panel
 from nrp_core.recording.folder.recording_folder import RecordingFolder
-from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import Images
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest

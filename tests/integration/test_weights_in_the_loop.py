@@ -10,6 +10,7 @@ import pytest
 from golden import Golden
 from typer import BadParameter
 
+from nrp_core._support.used_files import FilesRead
 from nrp_core.checks.validate import validate_file
 from nrp_core.cli.session import RunRequest, Session
 from nrp_core.errors import TransferFunctionRaisedError
@@ -17,7 +18,6 @@ from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code
 from nrp_core.recording.folder.recording_folder import RecordingFolder
-from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest
 

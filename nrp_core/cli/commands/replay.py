@@ -60,9 +60,9 @@ def replay(
 
     With --verify, a recording that was changed or damaged is not run, because it would prove nothing.
     """
+    from nrp_core._support.used_files import FilesRead
     from nrp_core.cli.progress import display
     from nrp_core.cli.summary import print_problems
-    from nrp_core.recording.folder.used_files import FilesRead
     from nrp_core.recording.layout import check_folder
     from nrp_core.recording.recording import Recording
     from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayVerdict

@@ -13,8 +13,9 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, TypeAlias
+from typing import Any, Final, TypeAlias, TypeVar
 
+from nrp_core._support.kept_readings import KeptReadings
 from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.loading import Listing
 from nrp_core.errors import ExperimentError, NetworkError, SceneError, UnknownBackendError, did_you_mean
@@ -28,7 +29,7 @@ from nrp_core.network.picking import Selection
 from nrp_core.parameters import FUNCTIONS, Declared, Parameter, Value, fitting, read_parameters
 from nrp_core.registry import Registry
 from nrp_core.scene.clearance import with_clearance
-from nrp_core.scene.model import Model, Scene
+from nrp_core.scene.model import Model, Scene, files_behind
 from nrp_core.scene.reading.context import FindElsewhere, read_without
 from nrp_core.scene.sdf import read_model, read_scene
 from nrp_core.seeds import Seeds
@@ -97,6 +98,12 @@ def build_here(make: Callable[[], Network]) -> Network:
     return make()
 
 
+Read = TypeVar("Read", bound=Scene | Model)
+
+_READINGS: Final[KeptReadings[Any]] = KeptReadings(128, files_behind)
+"""The rooms and robots that were read: the runs of a sweep share them."""
+
+
 class Maker(PartMaker):
     """Makes each part from the file that the experiment names; subclasses replace methods for others.
 
@@ -112,15 +119,8 @@ class Maker(PartMaker):
         Raises:
             SceneError: it cannot be read.
         """
-        path, models = experiment.world.scene, experiment.models
-        if path is None:
-            return Scene(())
-        read = partial(read_scene, path, search_path=models, find_elsewhere=self.find_elsewhere)
-        if experiment.strict:
-            return read()
-        read = partial(read, lenient=True)
-        scene, left_out = read_without(lambda without: read(without=without))
-        return replace(scene, warnings=(*scene.warnings, *left_out))
+        path = experiment.world.scene
+        return Scene(()) if path is None else self._read(experiment, read_scene, path)
 
     def robot(self, experiment: Experiment, name: str) -> Model:
         """Return a robot; if the experiment is not strict, without unusable parts.
@@ -128,21 +128,26 @@ class Maker(PartMaker):
         Raises:
             SceneError: it cannot be read.
         """
-        section, models = experiment.world.robots[name], experiment.models
+        section = experiment.world.robots[name]
         assert section.model is not None, "a robot of the scene's file is read with the room"
-        read = partial(
-            read_model,
-            section.model,
-            name=name,
-            pose=section.start,
-            search_path=models,
-            args=section.args,
-            find_elsewhere=self.find_elsewhere,
-        )
-        if experiment.strict:
-            return _fit(experiment, name, read())
-        model, left_out = read_without(lambda without: read(without=without, lenient=True))
-        return _fit(experiment, name, replace(model, warnings=(*model.warnings, *left_out)))
+        args = {"name": name, "pose": section.start, "args": section.args}
+        return _fit(experiment, name, self._read(experiment, read_model, section.model, **args))
+
+    def _read(self, experiment: Experiment, read: Callable[..., Read], path: Path, **args: Any) -> Read:
+        """Read a room or a robot, or return it as an earlier experiment of this process has read it."""
+        models = experiment.models
+        read_all = partial(read, path, search_path=models, find_elsewhere=self.find_elsewhere, **args)
+
+        def read_now() -> Read:
+            if experiment.strict:
+                return read_all()
+            part, left_out = read_without(lambda without: read_all(without=without, lenient=True))
+            return replace(part, warnings=(*part.warnings, *left_out))
+
+        if self.find_elsewhere is not None:
+            return read_now()
+        found: Read = _READINGS.get((read, path, tuple(models), experiment.strict, repr(args)), read_now)
+        return found
 
     def network(self, experiment: Experiment, build: Build = build_here) -> Network:
         brain, files = experiment.brain, experiment.brain.files

@@ -21,11 +21,11 @@ from platformdirs import user_cache_path
 from pydantic import BaseModel
 
 from nrp_core._support.packages import fingerprint, is_installed, plugin_packages, required_versions
+from nrp_core._support.used_files import FilesRead, variable_now, version_of
 from nrp_core.experiment.model.experiment import EMPTY_SCENE, Experiment
 from nrp_core.experiment.model.section import Tree
-from nrp_core.recording.folder.used_files import FilesRead, variable_now, version_of
 from nrp_core.recording.sealing import file_digest
-from nrp_core.scene.model import Mesh, Scene
+from nrp_core.scene.model import Scene, files_behind
 
 _READ_IN_C = {".h5", ".hdf5", ".nwb", ".nrpnet", ".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".db"}
 """Suffixes of files that libraries in C open, of which Python does not learn."""
@@ -161,7 +161,7 @@ def read_files(
     They are those that it names, those of its scene, and others in the same folders.
     """
     named = {path for path in named_files(experiment) if path.is_file()} if experiment else set()
-    found = named | set(_files_of_scene(scene) if scene else ())
+    found = named | set(files_behind(scene) if scene else ())
     models = experiment.models if experiment else ()
     found |= {*files.below({path.parent for path in named} | set(models))}
     found |= {path for script in found if script.suffix == ".py" for path in _read_in_c(script)}
@@ -204,15 +204,6 @@ def _paths(value: Any) -> Iterator[Path]:
         case list() | tuple():
             for item in value:
                 yield from _paths(item)
-
-
-def _files_of_scene(scene: Scene) -> Iterator[Path]:
-    """Yield the files of meshes and images, which a process need not read again for a second run."""
-    for _, link in scene.links():
-        shapes = [visual.geometry for visual in link.visuals]
-        shapes += [collision.geometry for collision in link.collisions]
-        yield from (shape.path for shape in shapes if isinstance(shape, Mesh))
-        yield from (visual.texture.image for visual in link.visuals if visual.texture is not None)
 
 
 def _read_in_c(script: Path) -> Iterator[Path]:

@@ -21,6 +21,7 @@ from nrp_core._support import machine
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.files import replace_file
 from nrp_core._support.json_values import to_jsonable
+from nrp_core._support.used_files import FilesRead
 from nrp_core.brain.backend import BrainOptions
 from nrp_core.brain.backends import brains
 from nrp_core.clock import NS_PER_S
@@ -36,7 +37,6 @@ from nrp_core.messages.nrp_msgs import Called
 from nrp_core.network.data import Network, Projection
 from nrp_core.recording.folder.calls import CallNoter
 from nrp_core.recording.folder.dependencies import dependencies, read_files
-from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import (
     CSV_FOLDER,
     EXPERIMENT_NAME,

@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 from nrp_core._support import machine
 from nrp_core._support.closing import Closing
+from nrp_core._support.used_files import FilesRead
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, RecordingError, SimulationError, SnapshotError, did_you_mean
 from nrp_core.experiment.making.plan import Plan, ProgressCallback, no_progress
@@ -29,7 +30,6 @@ from nrp_core.recording.folder.recording_folder import (
     RecordingFolder,
     recorded_experiment,
 )
-from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import RUN_NAME, SNAPSHOTS, Images
 from nrp_core.recording.reading.integrity import Flaw, IntegrityCheck
 from nrp_core.recording.reading.steps import Comparison, Difference, RecordedStep, steps_of

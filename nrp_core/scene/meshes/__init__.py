@@ -19,6 +19,7 @@ from typing import Any
 from urllib.parse import unquote
 
 from nrp_core._support.cache import cached_folder
+from nrp_core._support.used_files import SETTLED_NS
 from nrp_core.errors import SceneError
 from nrp_core.scene.meshes.concave import hull_excess
 from nrp_core.scene.meshes.convert import KINDS, Wanted, parse, pieces_of
@@ -29,8 +30,6 @@ from nrp_core.scene.model import Rgba
 MAX_BYTES = 200_000_000
 MAX_BYTES_BESIDE = 50_000_000
 """Maximum size of a material file or a texture, bytes."""
-SETTLED_NS = 2_000_000_000
-"""A file changed less than this before may change again without another time of change."""
 
 _VERSION = 5  # of the cache; increased with each change of a conversion
 _LISTING = "pieces.json"

@@ -15,7 +15,7 @@ from typing import TypeAlias, TypeVar
 from urllib.parse import unquote
 
 from nrp_core import xml as xml_tree
-from nrp_core._support.audit_events import SEARCHES
+from nrp_core._support.audit_events import LOOKS, SEARCHES
 from nrp_core._support.text import join_with_limit
 from nrp_core.errors import BackendError, SceneError
 from nrp_core.findings import Code, Finding, Findings, Level, merged
@@ -204,9 +204,9 @@ class Resources:
 
     def find(self, uri: Element) -> Path | None:
         """Return the file that a ``<uri>`` refers to, None if it does not exist."""
-        found = next((path for path in self._candidates(uri.text, uri.path) if path.is_file()), None)
+        found = next((path for path in _noted(self._candidates(uri.text, uri.path)) if path.is_file()), None)
         found = found or next(filter(None, map(in_sources, self._candidates(uri.text, uri.path))), None)
-        found = found or next((path for path in _beside(uri) if path.is_file()), None)
+        found = found or next((path for path in _noted(_beside(uri)) if path.is_file()), None)
         plain = unquote(uri.text).replace("\\", "/")  # %20 for a space, folders of Windows
         if found is None and plain != uri.text:
             return self.find(replace(uri, text=plain))
@@ -219,7 +219,7 @@ class Resources:
 
     def locate(self, uri: Element) -> Path | None:
         """Return the file or folder that a ``<uri>`` refers to, None if it does not exist."""
-        return next((path for path in self._candidates(uri.text, uri.path) if path.exists()), None)
+        return next((path for path in _noted(self._candidates(uri.text, uri.path)) if path.exists()), None)
 
     def model_file(self, uri: Element) -> Path:
         """Return the model file that a ``<uri>`` refers to, directly or by the folder of the model.
@@ -230,7 +230,7 @@ class Resources:
         if not uri.text:
             raise uri.error(f"the <{uri.tag}> is empty")
         candidates = list(self._candidates(uri.text, uri.path))
-        path = next((path for path in candidates if path.exists()), None)
+        path = next((path for path in _noted(candidates) if path.exists()), None)
         if path is None:
             folders = dict.fromkeys(str(path.parent) for path in candidates)
             looked = f"looked in {', '.join(folders)}" if folders else "only files of this machine are read"
@@ -251,7 +251,8 @@ class Resources:
         above = user.absolute().parents
         # first the package of the file, which may have a folder for its Python modules with the same name
         own = (folder for folder in above if package_name(folder) == name)
-        found = (folder for folder in self._candidates(f"package://{name}", user) if folder.is_dir())
+        candidates = self._candidates(f"package://{name}", user)
+        found = (folder for folder in _noted(candidates) if folder.is_dir())
         named = (folder for folder in above if folder.name == name)
         for folder in chain(own, found, named):
             return folder
@@ -289,6 +290,13 @@ class Resources:
             yield from (folder / inner for folder in chosen[-1:])
         for folder in self._folders:
             yield from (folder / each / inner for each in (name, name.lower().replace(" ", "_")))
+
+
+def _noted(paths: Iterable[Path]) -> Iterator[Path]:
+    """Yield paths at which a file is looked for; the reading depends on whether it is there."""
+    for path in paths:
+        sys.audit(LOOKS, str(path))
+        yield path
 
 
 def _beside(uri: Element) -> Iterator[Path]:

@@ -2,10 +2,10 @@
 
 import pytest
 
+from nrp_core._support.used_files import FilesRead
 from nrp_core.experiment import Run, load_experiment
 from nrp_core.recording import Recording
 from nrp_core.recording.folder.recording_folder import RecordingFolder, recorded_experiment
-from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayVerdict
 
 S = 10**9

@@ -8,6 +8,7 @@ import h5py
 import pytest
 from golden import Golden
 
+from nrp_core._support.used_files import FilesRead
 from nrp_core.errors import NetworkError
 from nrp_core.experiment.making.maker import network_from
 from nrp_core.experiment.making.prepare import load_network_only, prepare
@@ -16,7 +17,6 @@ from nrp_core.experiment.running.run import Run
 from nrp_core.findings import InvalidExperimentError
 from nrp_core.network.files import save_network
 from nrp_core.network.files.script import load_network
-from nrp_core.recording.folder.used_files import FilesRead
 
 
 @pytest.fixture

@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 from golden import Golden
 
+from nrp_core._support.used_files import FilesRead
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder import recording_folder
 from nrp_core.recording.folder.recording_folder import RecordingFolder
-from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import Role
 from nrp_core.recording.recording import Recording
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import builtins
 import os
 import sys
+import time
 from collections.abc import Iterable
 from importlib.util import source_from_cache
 from pathlib import Path
@@ -13,12 +14,12 @@ from typing import Any, Self
 
 from platformdirs import user_cache_path
 
-from nrp_core._support.audit_events import LOADS, SEARCHES
+from nrp_core._support.audit_events import LOADS, LOOKS, SEARCHES
 
 _WRITING = os.O_WRONLY | os.O_RDWR
 _VARIABLE = "nrp_core.variable"
 _LISTINGS = {"os.listdir", "os.scandir"}
-_EVENTS = {LOADS, SEARCHES, _VARIABLE, *_LISTINGS}
+_EVENTS = {LOADS, LOOKS, SEARCHES, _VARIABLE, *_LISTINGS}
 _STANDARD = os.path.dirname(os.__file__)  # noqa: PTH120  compared with names of files of frames
 _COMPILED = (".nbi", ".nbc")
 """Suffixes of compiled kernels, wherever their cache is."""
@@ -27,6 +28,8 @@ _listeners: list[FilesRead] = []
 
 Version = tuple[int, int]
 """Time of the last change of a file, ns, and its size in bytes."""
+SETTLED_NS = 2_000_000_000
+"""Age from which on the time of a file tells whether it was changed again, also on coarse file systems."""
 
 
 class FilesRead:
@@ -95,6 +98,24 @@ class FilesRead:
         text = str(path)
         return text not in self._paths or self._paths[text] == version_of(text)
 
+    @property
+    def is_current(self) -> bool:
+        """Whether all files, and those that were looked for in vain, and all variables are as they were."""
+        files = all(version_of(path) == version for path, version in self._paths.items())
+        return files and all(variable_now(name) == value for name, value in self.variables.items())
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether :attr:`is_current` would notice every change from now on; not if folders were listed."""
+        latest_ns = max((version[0] for version in self._paths.values() if version), default=0)
+        return not self.folders and time.time_ns() - latest_ns > SETTLED_NS
+
+    def announce(self) -> None:
+        """Let others note what was read."""
+        for event, names in (("open", self._paths), (LOADS, self.packages), (SEARCHES, self.variables)):
+            for name in list(names):
+                sys.audit(event, *((name, "r", os.O_RDONLY) if event == "open" else (name,)))
+
     def is_output(self, path: Path) -> bool:
         """Whether the run itself wrote a file."""
         return str(path) in self._written
@@ -135,6 +156,9 @@ def _notice_other(event: str, argument: Any) -> None:
     if event == LOADS:
         for listener in _listeners:
             listener.packages.add(argument)
+    elif event == LOOKS:
+        for listener in _listeners:
+            listener.note(argument)
     elif event == SEARCHES or _is_read_by_experiment(sys._getframe(2)):
         for listener in _listeners:
             if event in _LISTINGS:
