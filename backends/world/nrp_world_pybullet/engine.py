@@ -63,6 +63,7 @@ class PybulletEngine(JointedEngine):
             for name, joints in self._built.joints.items()
         }
         self._muscles = Muscles(scene, self._built, client, step_s)
+        self._muscled = bool(self._muscles)
         self._control = Control(self._built, scene, self._joints, self._muscles, client, step_s)
         for model in scene.models:
             report_mechanisms(model, self._control.exact_joints(model.name), self.warnings)
@@ -86,8 +87,8 @@ class PybulletEngine(JointedEngine):
     def _do_advance(self, steps: int) -> None:
         self._efforts = {}
         client, step = self._client, bullet.stepSimulation
-        pushes = [*(drive.push for drive in self._drives.values()), *self._control.pushes()]
-        if self._muscles:
+        pushes = [*[drive.push for drive in self._drives.values()], *self._control.pushes()]
+        if self._muscled:
             pushes.append(self._muscles.push)
             if self._drives:  # they set velocities
                 self._muscles.forget()
@@ -98,7 +99,8 @@ class PybulletEngine(JointedEngine):
         self._forget_motions()
 
     def _forget_motions(self) -> None:
-        self._muscles.forget()
+        if self._muscled:
+            self._muscles.forget()
         for name in self._bounds:  # those with joints
             self._joints[name].forget()
 
@@ -109,7 +111,7 @@ class PybulletEngine(JointedEngine):
         for name, bounds in self._bounds.items():
             if not self._joints[name].are_within(bounds):
                 bounds.require(self._joints[name].states(), t_ns)
-        if self._muscles and not self._muscles.is_finite():
+        if self._muscled and not self._muscles.is_finite():
             raise DivergedError("PyBullet diverged: the state of a muscle is not finite", t_ns=t_ns)
 
     def _do_reset(self, seed: int) -> None:

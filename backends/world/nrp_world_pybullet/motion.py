@@ -73,11 +73,13 @@ class Moving:
 
     def place(self) -> tuple[Vector, Quaternion]:
         """Return the pose of the frame; faster than its motion."""
-        offset = self._offset
+        offset, body, link, client = self._offset, self._place.multibody, self._place.link, self._client
+        if link == BASE:
+            own = bullet.getBasePositionAndOrientation(body, client)
+        else:
+            own = bullet.getLinkState(body, link, 0, 1, client)[:2]
         frame: tuple[Vector, Quaternion]
-        frame = bullet.multiplyTransforms(
-            *self._inertial(), offset.position, offset.orientation, self._client
-        )
+        frame = bullet.multiplyTransforms(*own, offset.position, offset.orientation, client)
         return frame
 
     def is_possible(self) -> bool:
@@ -91,12 +93,6 @@ class Moving:
             place, linear, angular = state[0], state[6], state[7]
         squares = sum(map(mul, linear, linear)) + sum(map(mul, angular, angular))
         return squares < MOST_RATE**2 and isfinite(sum(place))
-
-    def _inertial(self) -> tuple[Vector, Quaternion]:
-        body, link, client = self._place.multibody, self._place.link, self._client
-        if link == BASE:
-            return bullet.getBasePositionAndOrientation(body, client)  # type: ignore[no-any-return]
-        return bullet.getLinkState(body, link, 0, 1, client)[:2]  # type: ignore[no-any-return]
 
     def put(self, motion: ModelMotion) -> None:
         """Set pose and velocity of a base by those of the frame."""
