@@ -18,7 +18,7 @@ from nrp_core.world.controllers.plugins import RANGE
 from nrp_world_mujoco.library import mujoco
 from nrp_world_mujoco.schema import stated
 
-_SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 _PLAIN = (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE)
 LAW = ("biasprm", "biastype", "ctrllimited", "ctrlrange", "dynprm", "dyntype", "forcelimited", "forcerange",
        "gainprm", "gaintype", "gear", "inheritrange")  # fmt: skip
@@ -76,19 +76,22 @@ class Actuator:
 
 
 def actuators_of(spec: Any, model: Any) -> list[Actuator]:
-    """Return the actuators that are joint controllers, for each joint the first of each kind.
+    """Return the actuators that are joint controllers, one for each joint.
+
+    If a joint has several, whose forces add up, it is the first one with a position, or else the first one:
+    of the controllers of a joint only the last commanded one acts.
 
     Args:
         spec: the specification that MuJoCo read.
         model: the compiled model.
     """
-    found: dict[tuple[int, str], Actuator] = {}
     usual = mujoco.MjSpec().add_actuator()
-    for each in spec.actuators:
-        actuator = _read(model, each.id)
-        if actuator is not None and not stated(each, usual, "general", _OF_CONTROLLER):
-            found.setdefault((actuator.joint, actuator.kind), actuator)
-    return list(found.values())
+    plain = [each.id for each in spec.actuators if not stated(each, usual, "general", _OF_CONTROLLER)]
+    found = [actuator for actuator in (_read(model, number) for number in plain) if actuator is not None]
+    chosen: dict[int, Actuator] = {}
+    for actuator in sorted(found, key=lambda each: each.kind != "position"):
+        chosen.setdefault(actuator.joint, actuator)
+    return [actuator for actuator in found if chosen[actuator.joint] is actuator]
 
 
 def _read(m: Any, number: int) -> Actuator | None:
@@ -96,7 +99,7 @@ def _read(m: Any, number: int) -> Actuator | None:
     joint, gear = int(m.actuator_trnid[number][0]), float(m.actuator_gear[number][0])
     on_joint = mujoco.mjtTrn(m.actuator_trntype[number]) == mujoco.mjtTrn.mjTRN_JOINT
     gain = float(m.actuator_gainprm[number][0])
-    if not on_joint or mujoco.mjtJoint(m.jnt_type[joint]) not in _SINGLE or not gear * gain:
+    if not on_joint or mujoco.mjtJoint(m.jnt_type[joint]) not in SINGLE or not gear * gain:
         return None
     plain = (
         mujoco.mjtDyn(m.actuator_dyntype[number]) == mujoco.mjtDyn.mjDYN_NONE

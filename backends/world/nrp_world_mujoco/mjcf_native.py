@@ -12,7 +12,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from nrp_world_mujoco.actuators import LAW, Actuator, actuators_of
+from nrp_world_mujoco.actuators import LAW, SINGLE, Actuator, actuators_of
 from nrp_world_mujoco.library import mujoco
 from nrp_world_mujoco.mechanisms import FREE, WORLD
 from nrp_world_mujoco.mjcf_sensors import SensorElements
@@ -64,7 +64,6 @@ _INERT = {"mjDSBL_SENSOR", "mjDSBL_MIDPHASE", "mjDSBL_ISLAND", "mjDSBL_EULERDAMP
 _SHAPES = {mujoco.mjtGeom.mjGEOM_SPHERE: "sphere", mujoco.mjtGeom.mjGEOM_CYLINDER: "cylinder"}
 _SITES = {**_SHAPES, mujoco.mjtGeom.mjGEOM_CAPSULE: "capsule", mujoco.mjtGeom.mjGEOM_BOX: "box",
           mujoco.mjtGeom.mjGEOM_ELLIPSOID: "ellipsoid"}  # fmt: skip
-_SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
 
 class Names(NamedTuple):
@@ -514,7 +513,7 @@ class NativeElements:
 
     def _zero(self, joint: int) -> float:
         """Return MuJoCo's position of a joint that is at 0 in the scene."""
-        single = mujoco.mjtJoint(self._m.jnt_type[joint]) in _SINGLE
+        single = mujoco.mjtJoint(self._m.jnt_type[joint]) in SINGLE
         return float(self._m.qpos0[self._m.jnt_qposadr[joint]]) if single else 0.0
 
     def name(self, kind: str, number: int) -> str:

@@ -301,7 +301,7 @@ def _read_plugin(
     deaf = {j.name: WITHOUT_ONE_WAY[j.kind] for j in joints if not j.takes_commands}
     for name in sorted({each.joint for each in actuators.controllers} & set(deaf)):
         message = f"the joint '{name}' is {deaf[name]}: it cannot be commanded"
-        reading.notes.warn(plugin, Code.NRP265, message, subject=name)
+        reading.notes.warn(plugin, Code.NRP265, message, subject=name, alike=f"{deaf[name]}, commanded")
     commanded = tuple(each for each in actuators.controllers if each.joint not in deaf)
     return actuators._replace(controllers=commanded), links
 

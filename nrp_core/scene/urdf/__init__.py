@@ -490,7 +490,7 @@ def _axis(joint: Element, robot: _Robot) -> Element:
             hint = did_you_mean(leader, robot.joints)
             name = joint.attribute("name")
             message = f"the joint '{name}' moves freely: there is no '{leader}' for it to mimic{hint}"
-            robot.notes.warn(mimic, Code.NRP383, message, subject=leader)
+            robot.notes.warn(mimic, Code.NRP383, message, subject=name, alike="no leader")
             continue
         leader = robot.renamed(leader)
         parts.append(new("mimic", mimic, *from_attributes(mimic, "multiplier", "offset"), joint=leader))

@@ -41,7 +41,7 @@ def read_transmission(transmission: Element, joints: Collection[str], notes: Not
             notes.warn(one, Code.NRP383, message, subject=name)
     if not transmission.all("joint"):
         message = f"the <transmission> '{name}' has no <joint>, so that it commands nothing"
-        notes.warn(transmission, Code.NRP265, message, subject=name)
+        notes.warn(transmission, Code.NRP265, message, subject=name, alike="no joint")
     for joint in transmission.all("joint"):
         if (joint_name := joint.attribute("name")) not in joints:
             message = f"the <transmission> '{name}' is of a joint '{joint_name}' that the model does not have"

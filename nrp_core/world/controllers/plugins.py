@@ -68,6 +68,7 @@ def led_joints(
                 Code.NRP265,
                 f"the joint '{name}' cannot be controlled: trajectories do not move it",
                 subject=name,
+                alike="no trajectory",
             )
     return tuple(name for name in names if name in led)
 

@@ -291,6 +291,27 @@ def test_commands_are_clamped_to_the_range_of_the_actuator(open_world, tmp_path,
     assert world.joint_states("arm").positions[0] == pytest.approx(data.qpos[0], abs=0.02)
 
 
+SEVERAL = """<mujoco><compiler angle="radian"/><worldbody><body name="arm" pos="0 0 1">
+  <joint name="hinge" axis="0 1 0"/><geom size="0.05" pos="0.2 0 0" mass="0.5"/></body></worldbody>
+  <actuator><{} name="first" joint="hinge"/>
+  <position name="servo" joint="hinge" kp="9" kv="0.2"/></actuator></mujoco>"""
+
+
+@pytest.mark.parametrize("other", ['velocity kv="0.5"', "motor"])
+def test_the_forces_of_several_actuators_of_a_joint_add_up(tmp_path, other):
+    (tmp_path / "arm.xml").write_text(SEVERAL.format(other))
+    native = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
+    data = mujoco.MjData(native)
+    data.ctrl[:] = 0.7, 0.4
+    scene, backend = read_scene(tmp_path / "arm.xml"), worlds().load("mujoco")
+    with backend.open(scene, seed=1, options=backend.options()) as world:
+        world.advertise("/arm/first/cmd").publish(Float64(0.7))
+        world.advertise("/arm/hinge/cmd_pos").publish(Float64(0.4))
+        world.run_until(400_000_000)
+        mujoco.mj_step(native, data, 200)
+        assert world.joint_states("arm").positions[0] == pytest.approx(data.qpos[0], abs=1e-6)
+
+
 def test_a_ball_lies_in_the_valley_of_a_height_field(open_world, tmp_path):
     field = '<hfield name="h" nrow="3" ncol="3" size="1 1 0.5 0.1" elevation="1 1 1 1 0 1 1 1 1"/>'
     ball = '<body name="ball" pos="0.1 0 0.4"><freejoint/><geom size="0.1" mass="1"/></body>'
