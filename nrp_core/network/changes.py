@@ -179,7 +179,7 @@ def parameter_changes(
         NetworkError: a population has no such parameter, or a value is impossible.
     """
     require_kind("set_parameters", "values", Mapping, values)
-    each = {name: _each(name, value, len(neurons)) for name, value in values.items()}
+    each = {name: one_for_each(name, value, len(neurons)) for name, value in values.items()}
     changes = []
     for label, population in network.populations.items():
         first = network.offsets[label]
@@ -226,7 +226,7 @@ def synapse_parameters(
             f"projection '{label}' ({projection.synapse_type}): parameters of synapses can change while the "
             "network runs if their law is given as equations (EquationSynapse)"
         )
-    each = {name: _each(name, value, projection.size) for name, value in values.items()}
+    each = {name: one_for_each(name, value, projection.size) for name, value in values.items()}
     together = {**projection.synapse_parameters, **each}
     owner = f"projection '{label}'"
     check_values(owner, each, lambda i: f"synapse {i}", limits=limits_of_synapses(projection.equations))
@@ -273,7 +273,7 @@ def new_weights(network: Network, label: str, weights: npt.ArrayLike) -> FloatAr
         NetworkError: the projection does not exist, or a weight is impossible.
     """
     projection = projection_of(network, label)
-    each = _each("weight", weights, projection.size)
+    each = one_for_each("weight", weights, projection.size)
     conductance_based = network.populations[projection.post].is_conductance_based
     check_synapses(
         f"projection '{label}'", projection.ends, {"weight": each},
@@ -282,7 +282,12 @@ def new_weights(network: Network, label: str, weights: npt.ArrayLike) -> FloatAr
     return each
 
 
-def _each(name: str, value: npt.ArrayLike, n: int) -> FloatArray:
+def one_for_each(name: str, value: npt.ArrayLike, n: int) -> FloatArray:
+    """Return ``n`` numbers, given all of them or one.
+
+    Raises:
+        NetworkError: it is neither.
+    """
     try:
         array = np.asarray(value, dtype=float)
     except (TypeError, ValueError):

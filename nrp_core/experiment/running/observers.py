@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Generic, TypeVar
 
+import numpy.typing as npt
+
 from nrp_core.dsl.functions import TransferFunction
 
 RunType = TypeVar("RunType", contravariant=True)
@@ -38,6 +40,9 @@ class RunObserver(Generic[RunType]):
         self, run: RunType, population: str, values: Mapping[str, float], cells: Sequence[int] | None
     ) -> None:
         """Observe a change of parameters of cells from outside; ``cells`` is None for a whole population."""
+
+    def weights_changed(self, run: RunType, projection: str, weights: npt.ArrayLike, relative: bool) -> None:
+        """Observe a change of weights from outside; if ``relative``, by factors."""
 
     def closing(self, run: RunType) -> None:
         """Observe the end of the run, before its engines are released."""

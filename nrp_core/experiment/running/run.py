@@ -18,6 +18,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
+import numpy.typing as npt
+
 from nrp_core._support.checked_arguments import checks_arguments, is_number
 from nrp_core._support.closing import Closing
 from nrp_core._support.collector import CollectorPaused
@@ -65,6 +67,7 @@ from nrp_core.findings import Finding
 from nrp_core.findings.problems import is_complete, without
 from nrp_core.findings.refusals import SCENE_CHANGES
 from nrp_core.messages.base import type_name
+from nrp_core.network.changes import one_for_each
 from nrp_core.paths import check_free, path_of
 from nrp_core.world.world import World
 
@@ -387,6 +390,32 @@ class Run(Overview, Closing):
             self.brain.set_parameters(ids[list(chosen)], values)
             for observer in self.observers:
                 observer.parameters_changed(self, population, values, None if cells is None else chosen)
+
+        self.loop.between_steps(make)
+
+    def set_weights(self, projection: str, weights: npt.ArrayLike, *, relative: bool = False) -> None:
+        """Change the weights of a projection before the next step; any thread may.
+
+        Recordings keep the change, unlike one by :meth:`.Brain.set_weights`. A reset reverts it.
+
+        Args:
+            projection: its label.
+            weights: in PyNN's units: one number for all synapses, or one for each.
+            relative: whether they are factors of the present weights instead.
+
+        Raises:
+            CapabilityError: the brain cannot change them while it runs.
+            NetworkError: the projection does not exist, or a weight is impossible.
+        """
+
+        def make() -> None:
+            changed = weights
+            if relative:
+                present = self.brain.read_weights(projection)
+                changed = present * one_for_each("weights", weights, len(present))
+            self.brain.set_weights(projection, changed)
+            for observer in self.observers:
+                observer.weights_changed(self, projection, weights, relative)
 
         self.loop.between_steps(make)
 

@@ -10,6 +10,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy.typing as npt
+
 from nrp_core._support.closing import Closing
 from nrp_core.cle import ClosedLoop
 from nrp_core.dsl.functions import TransferFunction
@@ -20,7 +22,8 @@ from nrp_core.findings import Code, Finding, Findings, Level
 from nrp_core.messages.nrp_msgs import Called
 from nrp_core.recording import old_names
 
-CHANGE, ACTIVATE, RESET, PARAMETERS, LOST = "change", "activate", "reset", "set_parameters", "lost"
+CHANGE, ACTIVATE, RESET, LOST = "change", "activate", "reset", "lost"
+PARAMETERS, WEIGHTS = "set_parameters", "set_weights"
 """Calls to the run itself, and those that cannot be repeated; all others are calls to its world."""
 
 Note = Callable[[str, bytes], None]
@@ -73,6 +76,10 @@ class CallNoter(RunObserver[Run], Closing):
     ) -> None:
         """Record it."""
         self._note_call(PARAMETERS, (population, dict(values), cells))
+
+    def weights_changed(self, run: Run, projection: str, weights: npt.ArrayLike, relative: bool) -> None:
+        """Record it."""
+        self._note_call(WEIGHTS, (projection, weights, relative))
 
     def _note_world(self, name: str, arguments: Sequence[object], named: Mapping[str, object]) -> None:
         if not self._run.loop.is_stepping:  # calls within a step are repeated by the step
@@ -142,6 +149,9 @@ def repeat(run: Run, called: Called, folder: Path) -> None:
             run.reset(*arguments)
         elif called.name == PARAMETERS:
             run.set_parameters(*arguments)
+        elif called.name == WEIGHTS:
+            projection, weights, relative = arguments
+            run.set_weights(projection, weights, relative=relative)
         else:
             values, named = arguments
             name, first = old_names.RESETS.get(called.name, (called.name, ()))
