@@ -122,6 +122,39 @@ def test_one_cell_can_differ_and_impossible_values_are_refused(visitor: Visitor,
         visitor.call("parameters", population="wheels", index=20)
 
 
+def test_weights_change_with_a_mark_until_the_run_goes_back(opened: Cockpit, visitor: Visitor) -> None:
+    projection = opened.run.brain.network.projections[0].label
+
+    def mean() -> float:
+        return float(visitor.call("weights", projection=projection)["summary"][1])
+
+    def edits() -> list[tuple[float, str]]:
+        return [(each["t_s"], each["name"]) for each in visitor.last("timeline")["edits"]]
+
+    usual = mean()
+    visitor.call("step", n=10)
+    visitor.call("weights/scale", projection=projection, factor=2.0)
+    assert mean() == 2 * usual
+    visitor.call("step", n=5)
+    visitor.call("weights/set", projection=projection, weight=0.0)
+    visitor.call("weights/set", projection=projection, weight=usual / 4)
+    assert mean() == usual / 4
+    marks = [
+        (0.2, f"weights of {projection} \N{MULTIPLICATION SIGN} 2"),
+        (0.3, f"weights of {projection} = {usual / 4:g}"),
+    ]
+    visitor.until(lambda: edits() == marks)
+    for t_s, factor in [(0.28, 2.0), (0.1, 1.0), (0.2, 2.0), (0.3, 0.25)]:
+        visitor.call("seek", t_s=t_s)
+        assert mean() == factor * usual
+    visitor.call("seek", t_s=0.24)
+    visitor.call("step")
+    visitor.until(lambda: edits() == marks[:1])
+    visitor.call("reset", what="all")
+    visitor.until(lambda: edits() == [])
+    assert mean() == usual
+
+
 def test_a_constant_is_an_edit_of_its_file_that_can_be_reverted(
     visitor: Visitor, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -197,6 +197,16 @@ def test_a_cell_shows_its_membrane_and_a_projection_its_weights(husky: str, watc
     inspector.get_by_role("button", name="→ [4] to [7]").click()
     expect(inspector.get_by_role("region", name="Weights")).to_contain_text("uS")
     expect(inspector.get_by_role("img", name="Histogram of the weights", exact=False)).to_be_visible()
+    weights = inspector.get_by_role("region", name="Weights").get_by_role("row")
+    before = weights.nth(1).get_by_role("cell").nth(1).inner_text()
+    assert float(before) > 0
+    inspector.get_by_role("button", name="\N{MULTIPLICATION SIGN} 2", exact=True).click()
+    expect(weights.nth(1)).to_contain_text(f"{2 * float(before):g}")
+    expect(weights.nth(2)).to_contain_text(before)
+    inspector.get_by_label("Weight of all synapses").fill(before)
+    inspector.get_by_role("button", name="Set", exact=True).click()
+    expect(weights.nth(1)).to_contain_text(before)
+    expect(page.get_by_role("list", name="Events")).to_contain_text(f"weights of [4] to [7] = {before}")
     page.keyboard.press("Escape")
     cell = page.get_by_role("region", name="Brain", exact=True).get_by_role(
         "button", name="Neuron 4 of circuit", exact=False

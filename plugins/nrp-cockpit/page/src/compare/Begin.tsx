@@ -96,15 +96,15 @@ function NewBranch() {
         >
           Branch at {t_s.toFixed(2)} s
         </Button>
-        {snapshots?.map(({ id, t_s: taken_s }) => (
+        {snapshots?.map(({ id, t_s: taken_s, left }) => (
           <Button
             key={id}
             small
-            icon="snapshot"
+            icon={left ? "branch" : "snapshot"}
             disabled={blocked ?? missing}
             onClick={() => void branch({ id })}
           >
-            Branch at the snapshot of {taken_s.toFixed(2)} s
+            Branch at {left ? "the end of the future left" : "the snapshot"} of {taken_s.toFixed(2)} s
           </Button>
         ))}
       </div>

@@ -1,7 +1,8 @@
-import type { CSSProperties } from "react";
+import { type CSSProperties, useId } from "react";
 import { CURVE_COLOURS } from "../plots/palette";
+import { command } from "../state/commands";
 import { notify } from "../state/notices";
-import { useRun } from "../state/run";
+import { useBlocked, useMissing, useRun } from "../state/run";
 import { addTrace } from "../state/traces";
 import type { TopicInfo } from "../state/types";
 import { Button, IconButton } from "../ui/Button";
@@ -12,6 +13,11 @@ import { outlinesOf, pin, type Seen, unpin, usePins } from "./pins";
 import { useLook } from "./useLook";
 
 const EVERY_MS = 1000;
+const FACTORS = [
+  ["\u00d7 0", 0],
+  ["\u00d7 \u00bd", 0.5],
+  ["\u00d7 2", 2],
+] as const;
 const NO_PINS: readonly Seen[] = [];
 const NO_TOPICS: readonly TopicInfo[] = [];
 const summaryTopic = (id: string) => `/brain/projections/${id}/weights`;
@@ -58,6 +64,7 @@ export function Weights({ id }: { id: string }) {
         </Button>
         <PlotWeights id={id} />
       </div>
+      <ChangeWeights id={id} unit={unit ?? ""} />
     </Section>
   );
 }
@@ -69,6 +76,52 @@ async function pinNow(id: string): Promise<void> {
   } catch (error) {
     notify((error as Error).message, "bad");
   }
+}
+
+/** Changes the weights of the run, and keeps those of before to be compared. */
+function ChangeWeights({ id, unit }: { id: string; unit: string }) {
+  const barred = [useBlocked(), useMissing("weights")].find((reason) => reason !== undefined);
+  const field = useId();
+  const change = async (how: "set" | "scale", value: object) => {
+    await pinNow(id);
+    await command(`weights/${how}`, { projection: id, ...value });
+  };
+  return (
+    <form
+      className="inspector-change"
+      onSubmit={(event) => {
+        event.preventDefault();
+        const given = String(new FormData(event.currentTarget).get("weight"));
+        if (given !== "" && Number.isFinite(Number(given))) void change("set", { weight: Number(given) });
+      }}
+    >
+      {FACTORS.map(([name, factor]) => (
+        <Button
+          key={name}
+          small
+          disabled={barred}
+          tip={`Multiply all weights by ${factor} from now on`}
+          onClick={() => void change("scale", { factor })}
+        >
+          {name}
+        </Button>
+      ))}
+      <label htmlFor={field} className="hidden-text">
+        Weight of all synapses
+      </label>
+      <input
+        id={field}
+        name="weight"
+        className="input num inspector-weight"
+        inputMode="decimal"
+        placeholder={unit || "weight"}
+        disabled={barred !== undefined}
+      />
+      <Button small type="submit" disabled={barred} tip="Give all synapses this weight from now on">
+        Set
+      </Button>
+    </form>
+  );
 }
 
 function Histograms({ all }: { all: readonly Seen[] }) {

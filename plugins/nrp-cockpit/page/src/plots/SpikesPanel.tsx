@@ -15,6 +15,7 @@ import { heardOf, spikesOf, useSpikes } from "./spikeStore";
 import { type Kind, type Look, SpikesPicture } from "./spikesPicture";
 import { SPIKE_COLUMNS, spikeRow } from "./tables";
 import { useCanvas } from "./useCanvas";
+import { useMarks } from "./useMarks";
 import { type LineNavigation, scaleNow, useTimeNavigation } from "./useTimeNavigation";
 import { WindowTools } from "./WindowTools";
 import "./plots.css";
@@ -90,7 +91,7 @@ const COUNT_EVERY_MS = 300;
 
 function Raster({ populations, groups, look, zoom, onCount }: RasterProps) {
   const devices = useRun((run) => run.experiment?.devices);
-  const events = useRun((run) => run.timeline?.events);
+  const marks = useMarks();
   const selected = useSelection((state) => state.selected);
   const picture = useMemo(
     () => new SpikesPicture(populations, groups, devices ?? []),
@@ -103,7 +104,7 @@ function Raster({ populations, groups, look, zoom, onCount }: RasterProps) {
   useSpikes(populations);
 
   const { ref, redraw } = useCanvas((sheet) => {
-    picture.paint(sheet, look, events ?? [], selected);
+    picture.paint(sheet, look, marks, selected);
     scale.current = picture.scale;
     counted.ask();
   });

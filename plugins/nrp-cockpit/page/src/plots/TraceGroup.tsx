@@ -15,6 +15,7 @@ import { type TimeScale, timeAt, valueText } from "./timeAxis";
 import { heardOf, keyOf, valuesOf } from "./traceStore";
 import { paintCurves, TOP } from "./tracesPicture";
 import { useCanvas } from "./useCanvas";
+import { useMarks } from "./useMarks";
 import { crosshair, scaleNow, useTimeNavigation } from "./useTimeNavigation";
 
 interface GroupProps {
@@ -25,7 +26,7 @@ interface GroupProps {
 
 /** The curves of one axis, with a legend that says their values at the pointer, or now. */
 export function TraceGroup({ group: { title, curves }, last }: GroupProps) {
-  const events = useRun((run) => run.timeline?.events);
+  const marks = useMarks();
   const scale = useRef<TimeScale>({ from_s: 0, to_s: 1, left: 0, right: 1 });
   const height = useRef(0);
   const values = useRef(new Map<string, HTMLElement>());
@@ -40,7 +41,7 @@ export function TraceGroup({ group: { title, curves }, last }: GroupProps) {
     setFont(sheet);
     drawTimeAxis(sheet, scale.current, TOP, bottom, last);
     height.current = paintCurves(sheet, scale.current, curves, bottom);
-    drawEvents(sheet, scale.current, events ?? [], { top: TOP, bottom });
+    drawEvents(sheet, scale.current, marks, { top: TOP, bottom });
     drawCursors(sheet, scale.current, clock.now_s, TOP, bottom);
     saying.ask();
   });

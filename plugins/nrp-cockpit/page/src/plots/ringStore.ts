@@ -10,6 +10,8 @@ type Take<T> = (ring: TimeRing) => (message: T, t_s: number) => void;
 interface Series {
   topic: string;
   ring: TimeRing;
+  /** The values that it had after the time to which the run last went back; events are not kept. */
+  left: TimeRing | undefined;
   heard: Spans;
   followers: number;
   stop: () => void;
@@ -30,7 +32,7 @@ export class RingStore {
    */
   constructor(
     private readonly capacity: number,
-    kind: "events" | "values",
+    private readonly kind: "events" | "values",
   ) {
     const there_s = kind === "values" ? ROUNDING_S : 0;
     clock.onBack((t_s) => {
@@ -70,7 +72,14 @@ export class RingStore {
     const known = this.all.get(key);
     if (known) return topic ? Object.assign(known, { topic }) : known;
     const ring = new TimeRing(this.capacity);
-    const series = { topic, ring, heard: new Spans(), followers: 0, stop: () => undefined };
+    const series = {
+      topic,
+      ring,
+      left: this.kind === "values" ? new TimeRing(this.capacity) : undefined,
+      heard: new Spans(),
+      followers: 0,
+      stop: () => undefined,
+    };
     this.all.set(key, series);
     return series;
   }
@@ -88,7 +97,8 @@ function hear<T>(series: Series, topic: string, take: (message: T, t_s: number) 
   wire.recall(topic); // another handler may have heard its past already
 }
 
-function forget({ ring, heard }: Series, t_s: number): void {
+function forget({ ring, left, heard }: Series, t_s: number): void {
+  if (ring.indexAt(t_s) < ring.length) left?.takeOver(ring, t_s);
   ring.forgetFrom(t_s);
   heard.forgetFrom(t_s);
 }

@@ -44,3 +44,33 @@ describe("a ring of a series", () => {
     expect(ring.length).toBe(0);
   });
 });
+
+test("the numbers that a series leaves come before the later ones that it left earlier", () => {
+  const [ring, left] = [new TimeRing(64), new TimeRing(64)];
+  const numbersOf = (series: TimeRing) => {
+    const found: [number, number][] = [];
+    series.visit(Number.NEGATIVE_INFINITY, Number.POSITIVE_INFINITY, (...one) => found.push(one));
+    return found;
+  };
+  const leave = (t_s: number) => {
+    left.takeOver(ring, t_s);
+    ring.forgetFrom(t_s);
+  };
+  for (const t_s of [1, 2, 3, 4]) ring.push(t_s, t_s);
+  leave(3);
+  leave(2);
+  expect(numbersOf(ring)).toEqual([[1, 1]]);
+  expect(numbersOf(left)).toEqual([
+    [2, 2],
+    [3, 3],
+    [4, 4],
+  ]);
+  for (const t_s of [2, 3]) ring.push(t_s, 10 * t_s);
+  leave(2);
+  expect(numbersOf(left)).toEqual([
+    [2, 20],
+    [3, 30],
+    [4, 4],
+  ]);
+  expect(left.lastTime).toBe(4);
+});

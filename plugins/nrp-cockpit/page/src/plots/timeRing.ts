@@ -22,6 +22,11 @@ export class TimeRing {
     return this.count === this.capacity;
   }
 
+  /** The time of the last number; NaN without one. */
+  get lastTime(): number {
+    return this.count === 0 ? Number.NaN : this.timeAt(this.count - 1);
+  }
+
   /** Adds a number that is not earlier than the last. */
   push(t_s: number, value: number): void {
     if (this.count === this.times.length && this.count < this.capacity) this.grow();
@@ -65,6 +70,17 @@ export class TimeRing {
     const kept = this.indexAt(t_s);
     if (kept < this.count) this.cuts++;
     this.count = kept;
+  }
+
+  /** Holds the numbers of another series from a time on, and after them only what it has of later times. */
+  takeOver(other: TimeRing, from_s: number): void {
+    const later: [number, number][] = [];
+    this.visit(other.lastTime, Number.POSITIVE_INFINITY, (t_s, value) => {
+      if (t_s > other.lastTime) later.push([t_s, value]);
+    });
+    this.forgetFrom(Number.NEGATIVE_INFINITY);
+    other.visit(from_s, Number.POSITIVE_INFINITY, (t_s, value) => this.push(t_s, value));
+    for (const [t_s, value] of later) this.push(t_s, value);
   }
 
   private place(index: number): number {

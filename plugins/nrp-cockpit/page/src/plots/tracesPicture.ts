@@ -2,7 +2,7 @@ import { clock } from "./clock";
 import { type Curve, curveOf } from "./curve";
 import type { Shown } from "./groups";
 import { type TimeScale, ticksBetween, tickText, xOf } from "./timeAxis";
-import { heardOf, valuesOf } from "./traceStore";
+import { heardOf, leftOf, valuesOf } from "./traceStore";
 import type { Sheet } from "./useCanvas";
 
 /** Room above the curves. */
@@ -17,13 +17,19 @@ function extentOf(curves: readonly Curve[]): [number, number] {
   return [lowest - room, highest + room];
 }
 
-/** Draws curves on one axis, over the lines and numbers of their values; returns the height of the axis in values. */
+/** Draws curves on one axis, over those of the future that the run has left, over the lines and numbers of their values; returns the height of the axis in values. */
 export function paintCurves(sheet: Sheet, scale: TimeScale, shown: readonly Shown[], bottom: number): number {
   const { pen, colours } = sheet;
   const curves = shown.map(({ trace }) => curveOf(valuesOf(trace), scale, clock.now_s));
-  const [low, high] = extentOf(curves);
+  const left = shown
+    .flatMap(({ trace }) => leftOf(trace) ?? [])
+    .filter((ring) => ring.lastTime > scale.from_s)
+    .map((ring) => curveOf(ring, scale, ring.lastTime));
+  const [low, high] = extentOf([...curves, ...left]);
   const yOf = (value: number) => bottom - ((value - low) / (high - low)) * (bottom - TOP);
   paintValues(sheet, scale, [low, high], yOf, bottom);
+  pen.strokeStyle = colours.text3;
+  for (const curve of left) strokeCurve(sheet, curve, yOf);
   shown.forEach(({ trace, colour }, at) => {
     const curve = curves[at];
     if (!curve) return;

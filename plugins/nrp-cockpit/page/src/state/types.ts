@@ -181,7 +181,12 @@ export interface TimelineData {
   interventions: { name: string; t_s: number }[];
   criteria: { name: string; passed: boolean | null; from_s: number; to_s: number; text: string }[];
   failures: { t_s: number; function: string; message: string }[];
-  snapshots: { id: string; t_s: number }[];
+  /** Those that were asked for, and (`left`) the ends of futures that the run has left. */
+  snapshots: { id: string; t_s: number; left: boolean }[];
+  /** The times of snapshots that were taken by themselves. */
+  automatic_s: number[];
+  /** Changes of the run from outside. */
+  edits: { t_s: number; name: string }[];
 }
 
 export interface Finding {

@@ -10,11 +10,13 @@ import { percent, type Span } from "./scale";
 
 type Event = TimelineData["events"][number];
 type Intervention = TimelineData["interventions"][number];
+type Edit = TimelineData["edits"][number];
 type Failure = TimelineData["failures"][number];
 
 const SHAPES = {
   event: "timeline-diamond",
   intervention: "timeline-triangle",
+  edit: "timeline-disc",
   failure: "timeline-square",
 };
 
@@ -46,6 +48,15 @@ const interventionMark = ({ name, t_s }: Intervention, at: number): Mark => ({
   onClick: () => void go(reach(t_s, here())),
 });
 
+const editMark = ({ name, t_s }: Edit, at: number): Mark => ({
+  key: `edit ${at}`,
+  t_s,
+  look: "edit",
+  name,
+  words: `${name} at ${seconds(t_s)}: go there`,
+  onClick: () => void go(reach(t_s, here())),
+});
+
 const failureMark = (failure: Failure): Mark => ({
   key: `${failure.function} ${failure.t_s}`,
   t_s: failure.t_s,
@@ -60,12 +71,13 @@ const failureMark = (failure: Failure): Mark => ({
 
 const happened = (event: Event): event is Event & { t_s: number } => event.t_s !== null;
 
-/** Events as diamonds, interventions as triangles, failures of functions as red squares, and at the right end what is waited for. */
+/** Events as diamonds, interventions as triangles, changes by hand as discs, failures of functions as red squares, and at the right end what is waited for. */
 export function EventLane({ data, span }: { data: TimelineData; span: Span }) {
   const waiting = data.events.filter((event) => event.t_s === null);
   const marks = [
     ...data.events.filter(happened).map(eventMark),
     ...data.interventions.map(interventionMark),
+    ...data.edits.map(editMark),
     ...data.failures.map(failureMark),
   ].sort((a, b) => a.t_s - b.t_s);
   return (

@@ -41,7 +41,7 @@ function Lines({ data }: { data: TimelineData }) {
       <Track span={shown} end_s={whole.to_s} onZoom={zoomBy}>
         <EventLane data={data} span={shown} />
         <CriteriaLane criteria={data.criteria} span={shown} />
-        <SnapshotLane snapshots={data.snapshots} span={shown} />
+        <SnapshotLane data={data} span={shown} />
         {comparison && <DifferenceLane comparison={comparison} span={shown} />}
         <Now span={shown} />
       </Track>

@@ -7,8 +7,8 @@ const live: Here = {
   t_s: 9.12,
   timestep_s: 0.02,
   snapshots: [
-    { id: "a", t_s: 0 },
-    { id: "b", t_s: 8 },
+    { id: "a", t_s: 0, left: false },
+    { id: "b", t_s: 8, left: false },
   ],
   blocked: undefined,
   noWayBack: undefined,

@@ -36,7 +36,7 @@ export function reach(wanted_s: number, here: Here): Reach {
   if (here.source === "recording") return { act: "seek", t_s, says: `Go to ${seconds(t_s)}` };
   const near = (other_s: number) => Math.abs(other_s - t_s) < here.timestep_s / 2;
   if (near(here.t_s)) return none("The run is at this time.");
-  const snapshot = here.snapshots.find((one) => near(one.t_s));
+  const snapshot = here.snapshots.find((one) => !one.left && near(one.t_s));
   if (snapshot) return restoring(snapshot);
   if (t_s < here.t_s)
     return here.noWayBack
@@ -47,11 +47,13 @@ export function reach(wanted_s: number, here: Here): Reach {
   return { act: "run", t_s, says: `Run to ${seconds(t_s)}` };
 }
 
-export const restoring = ({ id, t_s }: Snapshot): Reach => ({
+export const restoring = ({ id, t_s, left }: Snapshot): Reach => ({
   act: "restore",
   t_s,
   id,
-  says: `Restore the snapshot of ${seconds(t_s)}`,
+  says: left
+    ? `Return to the future that ended at ${seconds(t_s)}`
+    : `Restore the snapshot of ${seconds(t_s)}`,
 });
 
 const SMALL_S = 0.1;

@@ -9,6 +9,8 @@ const nothing: TimelineData = {
   criteria: [],
   failures: [],
   snapshots: [],
+  automatic_s: [],
+  edits: [],
 };
 const whole = { from_s: 0, to_s: 40 };
 

@@ -34,13 +34,14 @@ def services_of(session: LiveSession) -> Services:
     parameters, adding = Parameters(session), Adding(session.run)
     layout = layout_of(session)
 
-    def steered(method: Callable[..., Any]) -> Service:
+    def steered(method: Callable[..., Any], name: str) -> Service:
+        """Return a service that changes the run; its name on the timeline can contain arguments."""
         checked = validated(method)
 
         @wraps(method)
         def call(**fields: Any) -> Any:
             found = checked(**fields)
-            session.steered()
+            session.steered(name.format_map(fields))
             return found
 
         return asked(session, call)
@@ -74,17 +75,21 @@ def services_of(session: LiveSession) -> Services:
         "halt": validated(lead.halt),
         "record": asked(session, session.record),
         "publish": validated(commands["publish"]),
-        "push": steered(bodies.push),
-        "place": steered(bodies.place),
-        "bodies/add": steered(adding.add),
-        "bodies/remove": steered(adding.remove),
-        "functions/apply": steered(apply),
+        "push": steered(bodies.push, "{body} pushed"),
+        "place": steered(bodies.place, "{body} moved"),
+        "bodies/add": steered(adding.add, "body added"),
+        "bodies/remove": steered(adding.remove, "body removed"),
+        "functions/apply": steered(apply, "functions changed"),
         "functions/recheck": validated(recheck),
-        "functions/revert": steered(functions.revert),
+        "functions/revert": steered(functions.revert, "functions reverted"),
         "functions/save": validated(functions.save),
-        "functions/activate": steered(functions.activate),
-        "parameters/cells": steered(parameters.set_cells),
-        "parameters/function": steered(parameters.set_constant),
+        "functions/activate": steered(functions.activate, "{name} switched"),
+        "parameters/cells": steered(parameters.set_cells, "{population} {name} = {value:g}"),
+        "parameters/function": steered(parameters.set_constant, "{name} = {value:g}"),
+        "weights/set": steered(parameters.set_weights, "weights of {projection} = {weight:g}"),
+        "weights/scale": steered(
+            parameters.scale_weights, "weights of {projection} \N{MULTIPLICATION SIGN} {factor:g}"
+        ),
         **_layouts(layout),
     }
     watching: dict[str, Service] = {
@@ -123,7 +128,7 @@ _REFUSED = (
     "snapshot", "restore", "forget", "halt", "record", "branch", "compare", "part",
     "publish", "push", "place", "bodies/add", "bodies/remove",
     "functions/apply", "functions/recheck", "functions/revert", "functions/save", "functions/activate",
-    "parameters/cells", "parameters/function", "reseed",
+    "parameters/cells", "parameters/function", "weights/set", "weights/scale", "reseed",
 )  # fmt: skip
 """The services that change a run and do not apply to a recording."""
 

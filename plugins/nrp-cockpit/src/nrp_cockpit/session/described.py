@@ -11,7 +11,7 @@ import numpy as np
 from nrp_cockpit.session.groups import groups_data
 from nrp_cockpit.streaming.weights import weights_data
 from nrp_core import brains, worlds
-from nrp_core.brain import Brain, SinkPort
+from nrp_core.brain import WEIGHTS, Brain, SinkPort
 from nrp_core.clock import seconds
 from nrp_core.experiment import Run
 from nrp_core.findings import refusals
@@ -148,6 +148,7 @@ def _capabilities(run: Run) -> dict[str, bool | str]:
     return {
         "snapshot": savable,
         "step_back": savable,
+        "weights": WEIGHTS in brain.changes or f"{of_brain} cannot change weights while it runs",
         "place": world.changes or f"{of_world} {refusals.MODEL_MOVES}",
         "push": world.joint_control or f"{of_world} {refusals.JOINT_CONTROL}",
     }

@@ -69,7 +69,7 @@ def timeline_data(
     events: Mapping[str, float | None],
     criteria: Mapping[str, Verdict],
     failures: Iterable[Mapping[str, Any]],
-    snapshots: list[dict[str, Any]],
+    past: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Return past and future events, interventions during the run, criteria, failures and snapshots.
 
@@ -78,7 +78,7 @@ def timeline_data(
         events: the time of each, s; None if it has not happened.
         criteria: the verdict on each, as far as known.
         failures: of functions, in the form of a result.
-        snapshots: as data.
+        past: snapshots, the times of automatic ones, and changes from outside, as data.
     """
     duration_s = seconds(experiment.duration)
     return {
@@ -100,7 +100,7 @@ def timeline_data(
             {"t_s": failure["t_s"], "function": failure["function"], "message": failure["error"]}
             for failure in failures
         ],
-        "snapshots": snapshots,
+        **past,
     }
 
 

@@ -255,17 +255,18 @@ class LiveSession(Session):
             self.bodies.forget()
         if what != "all":
             self.run.reset(what)
-            self.steered()
+            self.steered(f"{what} reset")
             return
         self._end_recording_of_the_past()
+        self.past.keep_end()
         self.run.reset()
         self.past.reset()
         self._gone_s = 0.0
         self._jumped()
 
-    def steered(self) -> None:
-        """Note a change of the run that repeating it would miss."""
-        self.past.mark()
+    def steered(self, name: str) -> None:
+        """Note a change of the run that repeating it would miss; see :meth:`.Past.mark`."""
+        self.past.mark(name)
         self.stream.offer_all()
         self.stream.take_poses_again()
         self.stream.take()

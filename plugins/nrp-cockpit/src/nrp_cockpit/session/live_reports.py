@@ -65,9 +65,9 @@ class LiveReports(Reports):
         return self._session.functions.data()
 
     def _timeline_data(self) -> dict[str, Any]:
-        run, snapshots = self._session.run, self._session.past.shown
+        run, past = self._session.run, self._session.past
         self._result = result = run.result()  # too slow for each report of the state
-        return timeline_data(run.experiment, result.events, result.criteria, result.failures, snapshots)
+        return timeline_data(run.experiment, result.events, result.criteria, result.failures, past.data())
 
     def _findings_data(self) -> list[dict[str, Any]]:
         in_place = self._session.functions.drafts.in_place

@@ -1,4 +1,4 @@
-"""The numbers that can be changed during a run: parameters of cells, constants of functions."""
+"""The numbers that can be changed during a run: parameters of cells, weights, constants of functions."""
 
 from __future__ import annotations
 
@@ -55,6 +55,19 @@ class Parameters:
             NetworkError: the cell or parameter does not exist, or the value is impossible.
         """
         self._session.run.set_parameters(population, {name: value}, None if index is None else [index])
+
+    def set_weights(self, projection: str, weight: float) -> None:
+        """Give all synapses of a projection the same weight.
+
+        Raises:
+            CapabilityError: the brain cannot change it while it runs.
+            NetworkError: the projection does not exist, or the weight is impossible.
+        """
+        self._session.run.set_weights(projection, weight)
+
+    def scale_weights(self, projection: str, factor: float) -> None:
+        """Multiply the present weights of a projection; raises the errors of :meth:`set_weights`."""
+        self._session.run.set_weights(projection, factor, relative=True)
 
     def set_constant(self, file: str, name: str, value: float) -> dict[str, Any]:
         """Change a constant of a file as an unchecked edit does; return what :meth:`.Functions.apply` does.

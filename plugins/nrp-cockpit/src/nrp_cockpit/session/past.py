@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -22,8 +23,10 @@ BYTES_A_SECOND = 4_000_000
 """Maximum size of automatic snapshots per simulated second; those of a large network are slow, hence rare."""
 MOST_KEPT = 100
 """Maximum number of requested snapshots; each report of the timeline lists all, in at most 4 kB."""
+MOST_LEFT = 10
+"""Maximum number of abandoned futures; the oldest is forgotten first."""
 MOST_BYTES = 256_000_000
-"""Maximum size of all snapshots, compressed; automatic ones are removed first."""
+"""Maximum size of all snapshots, compressed; abandoned futures and automatic ones are removed first."""
 
 
 @dataclass(slots=True)
@@ -35,6 +38,7 @@ class Moment:
         t_ns: its time.
         data: the state, compressed.
         kept: whether a user requested it.
+        edits: time and name of each change of the run from outside before it.
         was: whether it belongs to the past of the present run; else to an abandoned one.
     """
 
@@ -42,6 +46,7 @@ class Moment:
     t_ns: int
     data: bytes = field(repr=False)
     kept: bool
+    edits: tuple[tuple[int, str], ...]
     was: bool = True
 
 
@@ -49,7 +54,8 @@ class Past:
     """Takes snapshots of a run and returns to any time of its past.
 
     Going back forgets nothing: the run can be repeated up to the latest time reached, until it is
-    changed from outside.
+    changed from outside. The end of a future that is abandoned then stays as a snapshot, unless the run
+    repeats it.
 
     Args:
         run: the run.
@@ -64,6 +70,11 @@ class Past:
         self._run, self._can_save, self._halted = run, can_save, halted
         self._lost = ""  # why it cannot be saved now
         self._moments: list[Moment] = []
+        self._left: deque[Moment] = deque(maxlen=MOST_LEFT)  # the ends of abandoned futures
+        self._repeated: Moment | None = (
+            None  # the one of them that the run reaches again if nobody changes it
+        )
+        self._edits: list[tuple[int, str]] = []
         self._published: list[tuple[int, str, Any]] = []
         self._reach_ns, self._number, self._rarer = run.loop.now_ns, 0, 1.0
         self._last_was(-ALONE_NS)
@@ -71,10 +82,17 @@ class Past:
         run.loop.hooks.from_outside.append(self._note)
         self.after_step()
 
-    @property
-    def shown(self) -> list[dict[str, Any]]:
-        """The requested snapshots, as data."""
-        return [{"id": each.id, "t_s": seconds(each.t_ns)} for each in self._moments if each.kept]
+    def data(self) -> dict[str, Any]:
+        """Return requested snapshots, ends of abandoned futures, automatic snapshots, and edits."""
+        shown = [each for each in self._moments if each.kept]
+        return {
+            "snapshots": [
+                {"id": each.id, "t_s": seconds(each.t_ns), "left": not each.kept}
+                for each in (*shown, *self._left)
+            ],
+            "automatic_s": [seconds(each.t_ns) for each in self._moments if not each.kept],
+            "edits": [{"t_s": seconds(t_ns), "name": name} for t_ns, name in self._edits],
+        }
 
     @property
     def refused(self) -> dict[str, str]:
@@ -106,6 +124,9 @@ class Past:
             CapabilityError: no snapshot has this name.
         """
         gone = self.named(name)
+        if gone in self._left:
+            self._left.remove(gone)
+            return
         gone.kept = False  # it remains as an automatic one, which helps to go back
         if not gone.was:
             self._moments.remove(gone)
@@ -115,10 +136,21 @@ class Past:
         if self._again is None and self._run.loop.now_ns - self._last_ns >= every_ns * self._rarer:
             self._take_own()
 
-    def mark(self) -> None:
-        """Note that the run was changed in a way that a repetition would miss."""
-        self.forget_after(self._run.loop.now_ns)
-        self._lost = ""
+    def mark(self, name: str) -> None:
+        """Note that the run was changed in a way that a repetition would miss.
+
+        Args:
+            name: what was changed, and its value after ``=``; a second value replaces one of the last second.
+        """
+        now_ns = self._run.loop.now_ns
+        self.forget_after(now_ns)
+        self._lost, self._repeated = "", None
+        target, is_value, _ = name.partition(" = ")
+        self._edits = [
+            each for each in self._edits
+            if not is_value or each[0] <= now_ns - NS_PER_S or each[1].partition(" = ")[0] != target
+        ]  # fmt: skip
+        self._edits.append((now_ns, name))
         self._take_own()
         if self._lost:
             self._leave()  # a repetition from an earlier snapshot would miss the change
@@ -129,19 +161,22 @@ class Past:
         Raises:
             CapabilityError: the snapshot does not exist.
         """
-        found = next((each for each in self._moments if each.id == name), None)
+        found = next((each for each in (*self._moments, *self._left) if each.id == name), None)
         if found is None:
             raise CapabilityError(f"there is no snapshot '{name}'")
         return found
 
     def restore(self, moment: Moment) -> None:
         """Return to a snapshot; one of an abandoned past makes that the past."""
-        self._note_reach()
+        self.keep_end()
         self._run.restore(lz4.block.decompress(moment.data))
         self._run.error = None
         if not moment.was:
             self._leave()
-            moment.was = True
+            if moment in self._left:
+                self._left.remove(moment)
+                self._moments.append(moment)
+            moment.was, self._edits = True, list(moment.edits)
             self._reach_ns = moment.t_ns
             self._last_was(moment.t_ns)
 
@@ -178,16 +213,16 @@ class Past:
 
     def forget_after(self, t_ns: int) -> None:
         """Forget all after a time but requested snapshots, because the run continues differently."""
-        for each in self._moments:
-            each.was = each.was and each.t_ns <= t_ns
-        self._moments = [each for each in self._moments if each.kept or each.was]
+        self._abandon_after(t_ns)
         self._published = [each for each in self._published if each[0] < t_ns]
+        self._edits = [each for each in self._edits if each[0] <= t_ns]
         self._reach_ns = t_ns
         self._last_was(max((each.t_ns for each in self._moments if each.was), default=-ALONE_NS))
 
     def reset(self) -> None:
-        """Forget all but requested snapshots, because the run is at its beginning."""
+        """Forget all but requested snapshots and ends of futures, because the run is at its beginning."""
         self._leave()
+        self._edits = []
         self._lost, self._reach_ns = "", self._run.loop.now_ns
         self.after_step()
 
@@ -199,17 +234,36 @@ class Past:
         """Note the time of the last snapshot."""
         self._last_ns, self.due_ns = t_ns, t_ns + int(ALONE_NS * self._rarer)
 
+    def keep_end(self) -> None:
+        """Take a snapshot before the run leaves the latest time that it has reached."""
+        if self._run.loop.now_ns >= self._reach_ns and self._run.error is None:
+            self._take_own()
+        self._note_reach()
+
     def _note_reach(self) -> None:
         """Record the latest time reached, before the run jumps to another time."""
         self._reach_ns = max(self._reach_ns, self._run.loop.now_ns)
 
     def _leave(self) -> None:
         """Abandon the present past."""
-        self._moments = [each for each in self._moments if each.kept]
-        for each in self._moments:
-            each.was = False
+        self._abandon_after(-1)
         self._published = []
         self._last_was(-ALONE_NS)
+
+    def _abandon_after(self, t_ns: int) -> None:
+        """Let the snapshots after a time not be the past, and keep the last one as the end of a future."""
+        later = [each for each in self._moments if each.was and each.t_ns > t_ns]
+        for each in later:
+            each.was = False
+        self._moments = [each for each in self._moments if each.kept or each.was]
+        if not later or later[-1].kept or not later[-1].t_ns:
+            return
+        steered = any(each[0] > t_ns for each in self._edits) or any(
+            each[0] >= t_ns for each in self._published
+        )
+        if steered or self._repeated is None:
+            self._left.append(later[-1])
+            self._repeated = None if steered else later[-1]
 
     def _relive(self, t_ns: int) -> None:
         """Repeat up to a time, unless a message from outside makes the run continue differently."""
@@ -244,7 +298,12 @@ class Past:
         state = self._run.snapshot()
         self._rarer = max(1.0, len(state) / BYTES_A_SECOND)
         # a tenth of the size, in a fifth of the time that the snapshot itself takes
-        moment = Moment(f"s{self._number}", self._run.loop.now_ns, lz4.block.compress(state), kept)
+        now_ns, data = self._run.loop.now_ns, lz4.block.compress(state)
+        moment = Moment(f"s{self._number}", now_ns, data, kept, tuple(self._edits))
+        if self._repeated is not None and self._repeated.t_ns <= now_ns:
+            with suppress(ValueError):  # others have taken its place
+                self._left.remove(self._repeated)
+            self._repeated = None
         self._moments.append(moment)
         self._moments.sort(key=lambda each: each.t_ns)
         self._last_was(max(self._last_ns, moment.t_ns))
@@ -264,7 +323,10 @@ class Past:
 
     def _thin_out(self) -> None:
         """Remove every second automatic snapshot while all need too much memory."""
-        while sum(len(each.data) for each in self._moments) > MOST_BYTES:
+        while sum(len(each.data) for each in (*self._moments, *self._left)) > MOST_BYTES:
+            if self._left:
+                self._left.popleft()
+                continue
             own = [each for each in self._moments[1:-1] if not each.kept][::2]
             if not own:
                 return
@@ -279,4 +341,5 @@ class Past:
                 return
         if now_ns < self._reach_ns:
             self.forget_after(now_ns)
+        self._repeated = None
         self._published.append((now_ns, topic, message))

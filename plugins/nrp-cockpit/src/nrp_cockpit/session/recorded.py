@@ -47,7 +47,7 @@ class RecordedSession(Session):
         self.messages = StoredMessages(self.recording.file)
         self._begin_ns, self._end_ns = self.messages.span_ns
         self._now_ns = self._begin_ns
-        self.run = RecordedRun(self.recording, self.messages.topics, self._end_ns)
+        self.run = RecordedRun(self.recording, self.messages)
         self.stream = RecordedStream(self.messages, hub)
         self._pacing: Pacing = self._paced(self.pace)
         self.reports = RecordedReports(self)

@@ -12,14 +12,16 @@ from nrp_cockpit.session.groups import groups_data
 from nrp_cockpit.session.recorded_functions import recorded_functions
 from nrp_cockpit.session.reports import shares_data
 from nrp_cockpit.streaming.recorded import SCENE_TYPE
+from nrp_cockpit.streaming.stored import StoredMessages
 from nrp_core.clock import NS_PER_MS, seconds
 from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.experiment import Experiment, Verdict, recorded_judgement
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.messages.cdr import Codec
 from nrp_core.messages.foxglove_msgs import SceneEntity
 from nrp_core.recording import RUN_NAME, RecordedTopic, Recording, Role
 from nrp_core.recording.folder.recording_folder import recorded_experiment
-from nrp_core.recording.layout import SCENE, WORLD_FRAME
+from nrp_core.recording.layout import CALLED, SCENE, WORLD_FRAME
 
 FIXED = "a recording cannot be changed; branch a run from it with nrp replay --from"
 """Why requests that change a run are refused."""
@@ -34,15 +36,16 @@ class RecordedRun:
 
     Args:
         recording: the recording.
-        topics: of its messages.
-        end_ns: the time of the last message.
+        messages: of the recording.
 
     Attributes:
         problems: the findings about the run, and about its unreadable parts.
     """
 
-    def __init__(self, recording: Recording, topics: Mapping[str, RecordedTopic], end_ns: int) -> None:
-        self._folder, self._topics, self._end_s = recording.folder, topics, seconds(end_ns)
+    def __init__(self, recording: Recording, messages: StoredMessages) -> None:
+        self._folder, self._end_s = recording.folder, seconds(messages.span_ns[1])
+        self._topics = topics = messages.topics
+        self._edits = list(edits_data(messages))
         self.problems: list[Finding] = []
         try:
             self._about = recording.run
@@ -108,15 +111,16 @@ class RecordedRun:
 
     def timeline_data(self) -> dict[str, Any]:
         """Return events, interventions, criteria and failures."""
+        past = {"snapshots": [], "automatic_s": [], "edits": self._edits}
         events, failures = self.result.get("events") or {}, self.result.get("failures") or []
         if self._experiment is None:
             found: dict[str, Any] = {
                 "events": [{"name": name, "t_s": t_s, "waits_for": ""} for name, t_s in events.items()],
-                "interventions": [], "criteria": [], "failures": [], "snapshots": [],
+                "interventions": [], "criteria": [], "failures": [], **past,
             }  # fmt: skip
         else:
             criteria = {name: Verdict(**one) for name, one in (self.result.get("criteria") or {}).items()}
-            found = timeline_data(self._experiment, events, criteria, failures, [])
+            found = timeline_data(self._experiment, events, criteria, failures, past)
         return found | {"duration_s": self._end_s}
 
     def findings_data(self) -> list[dict[str, Any]]:
@@ -185,6 +189,21 @@ class RecordedRun:
 
 
 _DIRECTIONS = {Role.PUBLISHED: "in", Role.SENSOR: "out", Role.CAMERA: "out"}
+
+
+_EDITS = {
+    "set_weights": "weights set", "set_parameters": "parameters set", "change": "functions changed",
+    "activate": "function switched", "reset": "brain reset", "lost": "change from Python",
+}  # fmt: skip
+"""What calls from outside are called; those to the world have their own names."""
+
+
+def edits_data(messages: StoredMessages) -> Iterator[dict[str, Any]]:
+    """Yield times and names of recorded changes from outside; their arguments, pickles, stay closed."""
+    codec = Codec({})
+    for t_ns, data in messages.timed(CALLED, -1, messages.span_ns[1]) if CALLED in messages.topics else ():
+        name = codec.decode(data, "nrp_msgs/msg/Called").name
+        yield {"t_s": seconds(t_ns), "name": _EDITS.get(name, name.replace("_", " "))}
 
 
 def _topic_data(topic: RecordedTopic) -> dict[str, Any]:
