@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from golden import Golden
+from nrp_core.recording.folder.used_files import FilesRead
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import NetworkError
@@ -16,7 +17,6 @@ from nrp_core.experiment.running.observers import StepObserver
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.calls import CallNoter
 from nrp_core.recording.folder.recording_folder import RecordingFolder
-from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest
 
