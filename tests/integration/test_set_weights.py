@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from golden import Golden
-from nrp_core.recording.folder.used_files import FilesRead
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core._support.used_files import FilesRead
 from nrp_core.errors import NetworkError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.observers import StepObserver
