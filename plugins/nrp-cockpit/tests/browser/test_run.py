@@ -105,18 +105,6 @@ def test_a_fit_shows_the_selected_body_and_the_wheel_zooms_to_the_pointer(husky:
     seen(page, is_beside)
 
 
-def test_the_page_guides_a_first_visitor_through_three_steps(husky: str, watched: Watched):
-    page = watched.open(husky)
-    foot = page.get_by_role("contentinfo")
-    expect(foot).to_contain_text("Press Play")
-    page.keyboard.press("Space")
-    expect(foot).to_contain_text("Click left_vr_screen in the scene and choose a colour")
-    page.reload()
-    expect(foot).to_contain_text("2 of 3")
-    foot.get_by_role("button", name="Skip").click()
-    expect(foot).not_to_contain_text("of 3")
-
-
 def test_two_pages_show_one_run_and_a_watcher_cannot_steer(husky: str, watched: Watched):
     address = husky
     first, second = watched.open(address), watched.open(address)

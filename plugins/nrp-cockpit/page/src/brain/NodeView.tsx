@@ -91,7 +91,7 @@ function Words({ node: { x, y, rx, side, letters, tight }, name }: { node: Place
 }
 
 /** A box this high has its name above its rate; in a lower one they stand beside each other. */
-const TWO_LINES_RY = 15;
+const TWO_LINES_RY = 17.5;
 /** The room of a rate beside a name, and half the width of a box that has it and its size beside each other. */
 const RATE_LETTERS = 6;
 const BOTH_RX = 42;

@@ -1,4 +1,4 @@
-import { type Role, rolesOf } from "../state/cells";
+import { cellName, type Role, rolesOf } from "../state/cells";
 import { type Grouping, groupingOf, partName } from "../state/grouping";
 import type { CellGroup, Device, Population, Projection } from "../state/types";
 
@@ -51,7 +51,7 @@ export function partsOf(
       share: null,
       size: 1,
       role,
-      name: nameOf(population.first + index, devices),
+      name: cellName(population.first + index, devices),
     }));
   });
 }
@@ -78,10 +78,4 @@ function roleOf({ partOf }: Grouping, part: number, roles: readonly Role[]): Rol
   });
   const all = Object.keys(counts) as Role[];
   return all.reduce((most, role) => (counts[role] > counts[most] ? role : most));
-}
-
-/** The last part of the name of the device that drives or reads a neuron. */
-function nameOf(neuron: number, devices: readonly Device[]): string {
-  const name = devices.find(({ neurons }) => neurons.includes(neuron))?.name ?? "";
-  return name.slice(name.lastIndexOf("/") + 1).replaceAll("_", " ");
 }

@@ -21,7 +21,7 @@ export function End({ id, label, side, look, fixed = false }: EndProps) {
       type="source"
       position={side === "left" ? Position.Left : Position.Right}
       isConnectable={!fixed}
-      {...(fixed ? {} : { role: "button" })}
+      role={fixed ? "img" : "button"}
       aria-label={`Wire of ${label}`}
       className={`end end-${look}`}
       data-fit={fit}

@@ -83,6 +83,7 @@ function Row({ one }: { one: TransferFunction }) {
         <b>{costOf(one)}</b>
         <span className="mut">
           {one.calls} {one.calls === 1 ? "call" : "calls"}
+          {one.since_s > 0 && ` since ${one.since_s.toFixed(2)} s`}
         </span>
         <span className="grow" />
         <Sparkline values={one.recent_ms} label={`Recent times of ${one.name}`} />

@@ -28,12 +28,23 @@ function Group({ title, branches }: { title: string; branches: readonly Branch[]
 function Branches({ branches }: { branches: readonly Branch[] }) {
   return (
     <ul>
-      {branches.map(({ name, note, to, parts = [] }) => (
-        <li key={JSON.stringify(to)}>
-          <button type="button" className="inspector-link" onClick={() => select(to)}>
-            {name}
-          </button>
-          <span className="dim f11">{note}</span>
+      {branches.map(({ name, note, to, parts = [], folded }) => (
+        <li key={name + JSON.stringify(to)}>
+          {folded ? (
+            <details>
+              <summary>
+                {name} <span className="dim f11">{note}</span>
+              </summary>
+              <Branches branches={folded} />
+            </details>
+          ) : (
+            <>
+              <button type="button" className="inspector-link" onClick={() => select(to)}>
+                {name}
+              </button>
+              <span className="dim f11">{note}</span>
+            </>
+          )}
           {parts.length > 0 && <Branches branches={parts} />}
         </li>
       ))}

@@ -3,7 +3,7 @@ import type { Pen, Sheet } from "./useCanvas";
 import { crosshair } from "./useTimeNavigation";
 
 /** The margins of every plot, so that their times stand below each other. */
-export const MARGIN = { left: 64, right: 12, bottom: 18 };
+export const MARGIN = { left: 80, right: 12, bottom: 18 };
 
 const TICK_PX = 72;
 

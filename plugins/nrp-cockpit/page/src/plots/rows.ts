@@ -52,8 +52,9 @@ export function shownAt(rows: readonly Row[], y: number, ratio: number, single: 
 }
 
 const LABEL_PX = 11;
-/** Names are at least this far apart; between them low bands have none. */
-const NAME_PX = 9;
+/** Names are at least this far apart, and of a font as small where bands are many; between them low bands have none. */
+const NAME_PX = 10;
+const MANY = 8;
 /** The room of a name alone. */
 const NAMES_PX = MARGIN.left - 12;
 /** The room of a name beside numbers, at least; with less it takes the place of the first number. */
@@ -63,6 +64,7 @@ const LEAST_NAME_PX = 28;
 export function drawNames({ pen, colours, ratio }: Sheet, rows: readonly Row[], numbered: boolean): void {
   pen.textBaseline = "middle";
   pen.fillStyle = colours.text2;
+  if (rows.length > MANY) pen.font = colours.font.replace(/^\d+px/, `${NAME_PX}px`);
   let free = 0;
   for (const row of rows) {
     const pitch = row.band.pitch / ratio;

@@ -1,6 +1,7 @@
 import { useEffect, useRef, useState } from "react";
 import { usePanelChoice } from "../state/panelChoices";
 import { useRun } from "../state/run";
+import { counted } from "../ui/counts";
 import { Empty, Panel } from "../ui/Panel";
 import { Axes } from "./Axes";
 import type { Mode } from "./choices";
@@ -29,7 +30,7 @@ export default function ScenePanel() {
   return (
     <Panel
       title="Scene"
-      sub={experiment && `${experiment.world} · ${experiment.bodies.length} models`}
+      sub={experiment && counted(experiment.bodies.length, "model")}
       className="scene"
       tools={<SceneTools mode={mode} onMode={setMode} onFit={() => viewer?.fit()} />}
     >

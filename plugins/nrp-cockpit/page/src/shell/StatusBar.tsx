@@ -1,18 +1,17 @@
-import { FirstVisit } from "../hints/FirstVisit";
 import { halt } from "../state/commands";
 import { useRun } from "../state/run";
 import type { Status, TransferFunction } from "../state/types";
 import { counted } from "../ui/counts";
 import { Icon } from "../ui/Icon";
+import { Tooltip } from "../ui/Tooltip";
 
 /** The bottom line: the link, what needs attention, and what a step costs. */
 export function StatusBar() {
   const status = useRun((run) => run.status);
   return (
     <footer className="status">
-      <LinkState />
+      <LinkState loading={!status} />
       <Attention />
-      <FirstVisit />
       <span className="grow cut">
         {status?.doing}
         {status?.state === "busy" && (
@@ -26,9 +25,11 @@ export function StatusBar() {
   );
 }
 
-export function LinkState() {
+/** Whether the server answers; `loading`: it does, and has not said yet what it shows. */
+export function LinkState({ loading = false }: { loading?: boolean }) {
   const link = useRun((run) => run.link);
   const source = useRun((run) => run.experiment?.source);
+  if (link.state === "open" && loading) return <span role="status">Loading</span>;
   if (link.state === "open")
     return (
       <span role="status">
@@ -82,27 +83,21 @@ function Attention() {
 }
 
 const DROPPED =
-  "Messages that a page was too slow to take: newer images and poses replaced them, and plots show gaps where others are missing";
+  "A page was too slow to take them: newer images and poses replaced them, and plots show gaps where others are missing";
 
 const percent = (share: number) => `${Math.round(share * 100)} %`;
 
+/** What the parts of a step cost; what the page itself costs is in the tip. */
 function Costs({ status: { share, server_ms_per_step, dropped } }: { status: Status }) {
+  if (!share) return null;
+  const page =
+    server_ms_per_step === null ? "" : `This page costs ${server_ms_per_step.toFixed(1)} ms a step. `;
   return (
-    <>
-      {share && (
-        <span className="num">
-          brain {percent(share.brain)} · world {percent(share.world)} · functions {percent(share.functions)} ·
-          loop {percent(share.loop)}
-        </span>
-      )}
-      {server_ms_per_step !== null && (
-        <span className="num wide">page {server_ms_per_step.toFixed(1)} ms a step</span>
-      )}
-      {dropped > 0 && (
-        <span className="num" title={DROPPED}>
-          {dropped} dropped
-        </span>
-      )}
-    </>
+    <Tooltip text={dropped > 0 ? `${page}${dropped} messages were dropped. ${DROPPED}.` : page}>
+      <span className="num">
+        brain {percent(share.brain)} · world {percent(share.world)} · functions {percent(share.functions)} ·
+        loop {percent(share.loop)}
+      </span>
+    </Tooltip>
   );
 }

@@ -1,16 +1,26 @@
 import { wire } from "../wire";
-import { notify } from "./notices";
+import { dismissText, notify } from "./notices";
 import { useRun } from "./run";
 import type { Vector } from "./types";
 
 export type ResetWhat = "all" | "robot" | "brain" | "world";
 
+/** Why the run could not go on, as long as a notice says so. */
+let stuck = "";
+/** Commands that move the time. */
+const MOVES = new Set(["play", "step", "step_back", "seek", "run_to", "restore", "reset"]);
+
 /** Calls a service of the cockpit; a failure becomes a notice, and the answer null. */
 export async function command<T = object>(name: string, request: object = {}): Promise<T | null> {
+  const moves = MOVES.has(name);
   try {
-    return await wire.call<T>(`/cockpit/${name}`, request);
+    const answer = await wire.call<T>(`/cockpit/${name}`, request);
+    if (moves) dismissText(stuck); // the run goes on
+    return answer;
   } catch (error) {
-    notify(error instanceof Error ? error.message : String(error), "bad");
+    const text = error instanceof Error ? error.message : String(error);
+    if (moves) stuck = text;
+    notify(text, "bad");
     return null;
   }
 }

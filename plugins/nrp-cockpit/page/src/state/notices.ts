@@ -20,6 +20,11 @@ export function notify(text: string, weight: Notice["weight"] = "info"): void {
   if (weight === "info") window.setTimeout(() => dismiss(notice.id), SHOWN_MS);
 }
 
+/** Takes back what was said, if it still stands. */
+export function dismissText(text: string): void {
+  useNotices.setState(({ notices }) => ({ notices: notices.filter((one) => one.text !== text) }));
+}
+
 export function dismiss(id: number): void {
   useNotices.setState(({ notices }) => ({ notices: notices.filter((one) => one.id !== id) }));
 }

@@ -158,6 +158,8 @@ export interface TransferFunction {
   /** `stops`: it ended the run; otherwise the run goes on without the function. */
   failure: { t_s: number; message: string; traceback: string; stops: boolean } | null;
   calls: number;
+  /** Since when calls are counted: 0, or when the run went to another time. */
+  since_s: number;
   mean_ms: number;
   recent_ms: number[];
 }

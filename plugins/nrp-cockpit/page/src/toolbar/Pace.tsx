@@ -17,10 +17,11 @@ const nearest = (pace: number | null): number =>
 
 /** How many simulated seconds a wall second may hold. */
 export function Pace() {
-  const pace = useRun((run) => run.status?.pace ?? null);
+  const said = useRun((run) => run.status?.pace);
+  const pace = said ?? null;
   const blocked = useBlocked();
   const at = nearest(pace);
-  const shown = pace === null ? "max" : `${pace}×`;
+  const shown = said === undefined ? "–" : pace === null ? "max" : `${pace}×`;
   return (
     <label className="bar-pace row tight f12 mut">
       Pace

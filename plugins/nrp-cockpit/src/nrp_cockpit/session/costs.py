@@ -6,6 +6,7 @@ from collections import defaultdict, deque
 from dataclasses import dataclass
 
 from nrp_core.cle.loop import ClosedLoop
+from nrp_core.clock import seconds
 
 RECENT = 60
 """Number of calls whose duration is shown."""
@@ -17,11 +18,13 @@ class Cost:
 
     Args:
         calls: number of calls.
+        since_s: the simulated time since which they are counted.
         mean_ms: wall time of a call; 0 before the first.
         recent_ms: wall time of the last calls that were watched.
     """
 
     calls: int
+    since_s: float
     mean_ms: float
     recent_ms: tuple[float, ...]
 
@@ -41,7 +44,7 @@ class Costs:
 
     def reset(self) -> None:
         """Delete the measurements."""
-        account = self._loop.account
+        account, self._since_s = self._loop.account, seconds(self._loop.now_ns)
         self._calls_before, self._before_ns = dict(account.function_calls), dict(account.function_ns)
         self._calls_seen, self._seen_ns = dict(self._calls_before), dict(self._before_ns)
         self._recent_ms: dict[str, deque[float]] = defaultdict(lambda: deque(maxlen=RECENT))
@@ -62,4 +65,5 @@ class Costs:
         account = self._loop.account
         calls = account.function_calls.get(name, 0) - self._calls_before.get(name, 0)
         spent_ns = account.function_ns.get(name, 0) - self._before_ns.get(name, 0)
-        return Cost(calls, spent_ns / calls / 1e6 if calls else 0.0, tuple(self._recent_ms[name]))
+        mean_ms = spent_ns / calls / 1e6 if calls else 0.0
+        return Cost(calls, self._since_s, mean_ms, tuple(self._recent_ms[name]))

@@ -53,6 +53,7 @@ def function_data(function: TransferFunction, run: Run, cost: Cost) -> dict[str,
         "active": function.active,
         "failure": None if failure is None else failure_data(failure) | {"stops": stops},
         "calls": cost.calls,
+        "since_s": cost.since_s,
         "mean_ms": cost.mean_ms,
         "recent_ms": [round(each, 4) for each in cost.recent_ms],
     }

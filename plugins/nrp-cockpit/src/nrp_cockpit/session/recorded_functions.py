@@ -71,6 +71,7 @@ def _function_data(
             "stops": False,
         },
         "calls": 0,
+        "since_s": 0.0,
         "mean_ms": 0.0,
         "recent_ms": [],
     }

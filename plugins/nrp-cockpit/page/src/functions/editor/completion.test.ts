@@ -1,4 +1,5 @@
 import { CompletionContext } from "@codemirror/autocomplete";
+import { python } from "@codemirror/lang-python";
 import { EditorState } from "@codemirror/state";
 import { expect, test } from "vitest";
 import { completing } from "./completion";
@@ -7,7 +8,7 @@ const WORDS = [{ label: "/husky/cmd_vel", type: "text" }];
 
 const complete = (text: string, explicit = false) =>
   completing(async () => WORDS)(
-    new CompletionContext(EditorState.create({ doc: text }), text.length, explicit),
+    new CompletionContext(EditorState.create({ doc: text, extensions: [python()] }), text.length, explicit),
   );
 
 test("a topic is completed from its first slash on", async () => {
@@ -21,4 +22,8 @@ test("a dotted name is completed as a whole", async () => {
 test("nothing is offered where nothing was typed, unless it is asked for", async () => {
   expect(await complete("x = ")).toBeNull();
   expect(await complete("x = ", true)).toMatchObject({ from: 4, options: WORDS });
+});
+
+test("nothing is offered inside a comment", async () => {
+  expect(await complete("x = 1  # nrp.bra")).toBeNull();
 });

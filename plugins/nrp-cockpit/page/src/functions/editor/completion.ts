@@ -1,4 +1,5 @@
 import type { Completion, CompletionContext, CompletionResult } from "@codemirror/autocomplete";
+import { syntaxTree } from "@codemirror/language";
 
 const PART = /[\w./]+$/;
 
@@ -8,5 +9,6 @@ export const completing =
   async (context: CompletionContext): Promise<CompletionResult | null> => {
     const typed = context.matchBefore(PART);
     if (!typed && !context.explicit) return null;
+    if (syntaxTree(context.state).resolveInner(context.pos, -1).name === "Comment") return null;
     return { from: typed?.from ?? context.pos, options: await words(), validFor: /^[\w./]*$/ };
   };
