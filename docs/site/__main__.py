@@ -14,6 +14,7 @@ from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
+import matplotlib as mpl
 from gallery import FIGURES, figures, write_gallery
 from navigation import navigation
 from notebooks import notebooks
@@ -63,6 +64,8 @@ def write_pages(*, reuse: bool) -> None:
     write_gallery()
     reference = write_reference()
     shutil.copytree(ROOT / "docs" / "site" / "assets", PAGES / "assets")
+    # lowers subscripts where the reader has no font for equations
+    shutil.copy(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSerif.ttf"), PAGES / "assets")
     settings = {
         "INHERIT": "../docs/site/mkdocs.yml",
         "docs_dir": "docs",

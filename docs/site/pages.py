@@ -18,6 +18,7 @@ GALLERY = PurePosixPath("docs", "gallery.md")
 _FENCE = re.compile(r"^(```+|~~~+).*?^\1\s*$", re.MULTILINE | re.DOTALL)
 _EQUATION = re.compile(r"```math\n(.*)\n```\s*", re.DOTALL)
 _FORMULA = re.compile(r"\$`(.+?)`\$")
+_CODE_IN_ROW = re.compile(r"(?<=`)[^`\n]*\\\|[^`\n]*(?=`)")
 _LINK = re.compile(r"(?<=\]\()([^)\s]+)(?=\))")
 _COMMENT = re.compile(r"^<!--.*?-->\n", re.MULTILINE)
 _LANGUAGES = {".py": "python", ".yaml": "yaml", ".sdf": "xml", ".toml": "toml", ".cff": "yaml", ".sh": "sh"}
@@ -70,6 +71,8 @@ def _relink(text: str, document: PurePosixPath, linked: set[PurePosixPath]) -> s
         return _link(document, target, linked) + mark + heading
 
     text = _FORMULA.sub(lambda match: convert(match[1]), _COMMENT.sub("", text))
+    # code hosts need the backslash in a table; the generator would show it
+    text = _CODE_IN_ROW.sub(lambda match: match[0].replace(r"\|", "|"), text)
     return _LINK.sub(changed, text)
 
 

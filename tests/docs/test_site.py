@@ -30,6 +30,12 @@ def test_equations_become_mathml_and_code_keeps_its_dollars() -> None:
     assert "echo $`pwd`$" in page
 
 
+def test_bars_in_the_code_of_a_table_are_shown_without_a_backslash() -> None:
+    text = "| `--pace max\\|FACTOR`, `a\\|b\\|c` | `x` |\n"
+    page = on_the_site(text, PurePosixPath("docs/howto/use-pynn.md"), set())
+    assert page == "| `--pace max|FACTOR`, `a|b|c` | `x` |\n"
+
+
 def test_a_link_to_a_file_that_is_missing_ends_the_build() -> None:
     with pytest.raises(SystemExit, match=r"use-pynn\.md: links to nothing\.md"):
         on_the_site("[a](nothing.md)", PurePosixPath("docs/howto/use-pynn.md"), set())
