@@ -88,9 +88,26 @@ def test_rows_of_equal_times_are_counted(
     assert np.allclose(cells.old, 3 * rows.old)
 
 
+def test_texts_are_compared_by_their_rows(tmp_path: Path) -> None:
+    for name, rows in (("one", ["0,a", "1,b", "1,b"]), ("old", ["0,a", "1,b", "1,a"])):
+        (tmp_path / name).mkdir()
+        for end, lines in (("s", rows), ("t", rows[:2] if name == "old" else ["0,b", "1,b"])):
+            (tmp_path / name / f"{end}.csv").write_text("\n".join(["time,text", *lines]))
+    found = {each.name: each for each in RecordsDiff.of(tmp_path / "one", tmp_path / "old", {}).signals}
+    assert {name: each.largest for name, each in found.items()} == {
+        "s.csv/rows": 0.0, "s.csv/text=a": 1.0, "s.csv/text=b": 1.0, "t.csv/text=b": 1.0,
+    }  # fmt: skip
+    same = RecordsDiff.of(tmp_path / "one", tmp_path / "one", {})
+    assert same.agrees
+    assert not same.missing
+
+
 def test_events_without_numbers_and_after_the_end_are_named(tmp_path: Path) -> None:
     header = "time,text,given"
-    for name, rows in (("one", ["0,a,1", "1,b,", "1,b,1"]), ("old", ["0,c,1", "1,d,1", "1,d,1", "9,d,1"])):
+    for name, rows in (
+        ("one", ["0,nan,1", "1,nan,", "1,nan,1"]),
+        ("old", ["0,nan,1", "1,nan,1", "1,nan,1", "9,nan,1"]),
+    ):
         (tmp_path / name).mkdir()
         (tmp_path / name / "s.csv").write_text("\n".join([header, *rows]))
     found = RecordsDiff.of(tmp_path / "one", tmp_path / "old", {})

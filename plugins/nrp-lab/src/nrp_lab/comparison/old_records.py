@@ -18,6 +18,8 @@ SHARE = 0.05
 _TIME = re.compile(r"(^|[^a-z])(t|time)([^a-z]|$)", re.IGNORECASE)
 """The header of a column of times."""
 _ROWS = "rows"
+_MOST_TEXTS = 50
+"""A column with more different texts has no categories, but for example dates."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -259,19 +261,31 @@ def _timed(table: _Table, key: str | None) -> tuple[FloatArray, _Table]:
 
 
 def _table(path: Path) -> _Table:
-    """Return the columns of a file as numbers, text as NaN, without empty columns."""
+    """Return the columns of a file as numbers, without empty columns.
+
+    A column of text, as ``population``, becomes one for each of its few texts, ``population=circuit``, with 1
+    where it has this text; text in any other column is NaN.
+    """
     try:
         headers, *rows = list(csv.reader(path.read_text("utf-8").splitlines())) or [[]]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise ExperimentError(f"the CSV file cannot be read: {error}", path=path) from None
-    columns = {
-        header.strip(): [row[i] if i < len(row) else "" for row in rows] for i, header in enumerate(headers)
-    }
-    return {header: np.array([*map(_number, texts)]) for header, texts in columns.items() if any(texts)}
+    found: dict[str, FloatArray] = {}
+    for i, header in enumerate(map(str.strip, headers)):
+        texts = [row[i] if i < len(row) else "" for row in rows]
+        kinds = {text for text in texts if text}
+        if len(kinds) <= _MOST_TEXTS and not any(_number(kind) is not None for kind in kinds):
+            found |= {
+                f"{header}={kind}": np.array([text == kind for text in texts], float)
+                for kind in sorted(kinds)
+            }
+        else:
+            found[header] = np.array([*map(_number, texts)], float)
+    return found
 
 
-def _number(text: str) -> float:
+def _number(text: str) -> float | None:
     try:
         return float(text)
     except ValueError:
-        return np.nan
+        return None
