@@ -69,7 +69,8 @@ def _with_controls(network: Network, experiment: Experiment, collector: Collecto
         keys = ("brain", "controls", i)
         with collector.during(Code.NRP202, *keys, always=True):
             before, network = network, section.control(network, seeds.child(str(i)))
-            if all(map(is_, before.projections, network.projections)):
+            same = map(is_, before.projections, network.projections)
+            if any(projection.size for projection in before.projections) and all(same):
                 raise NetworkError(f"'{section.name}' changes nothing: every synapse stays the same")
     return network
 
