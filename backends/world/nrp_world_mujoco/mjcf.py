@@ -69,7 +69,8 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
         message = f"plugins of MuJoCo that move bodies are not supported: {names or len(plugins)}"
         raise (root.find("extension") or root).error(message)
     warn_of_one_sided_limits(root, spec, model, warnings)
-    options = (option for file in _with_included(root, path.parent) for option in file.all("option"))
+    files = (root, *(included for _, included in _included(root, path.parent)))
+    options = (option for file in files for option in file.all("option"))
     cones = [option.attributes["cone"] for option in options if "cone" in option.attributes]
     writer = _Writer(spec, model, path.stem, "".join(cones[-1:]), files_of(spec, path))
     text = "\n".join(writer.lines())
@@ -114,24 +115,36 @@ def _left_out(spec: Any, model: Any, touching: set[int]) -> list[str]:
     return left_out
 
 
-def _with_included(root: Element, folder: Path) -> Iterator[Element]:
-    """Yield the root of a file and those of the files that it includes."""
-    yield root
-    for include in root.all("include"):
-        path = folder / include.attributes.get("file", "")
-        if path.is_file():
-            yield from _with_included(read_xml(path), folder)
+def _included(element: Element, folder: Path) -> Iterator[tuple[str, Element]]:
+    """Yield the name and the root of each file that an element includes, and of those that they include."""
+    for child in element.children:
+        name = child.attributes.get("file", "") if child.tag == "include" else ""
+        if name and (folder / name).is_file():
+            root = read_xml(folder / name)
+            yield name, root
+            yield from _included(root, folder)
+        yield from _included(child, folder)
 
 
 def _read(path: Path, warnings: Findings) -> tuple[Any, Any]:
     """Return the specification in a file and its model; files that MuJoCo misses are replaced."""
-    spec = mujoco.MjSpec.from_file(str(path))
+    spec = _parse(path)
     try:
         return spec, compile_spec(spec)
     except ValueError:  # files of attached models are in folders that the specification does not say
-        spec = mujoco.MjSpec.from_file(str(path))
+        spec = _parse(path)
         replace_missing(spec, path, warnings)
         return spec, compile_spec(spec)
+
+
+def _parse(path: Path) -> Any:
+    """Return the specification in a file; MuJoCo itself would read specifications from .xml files alone."""
+    if path.suffix == ".xml":
+        return mujoco.MjSpec.from_file(str(path))
+    files = {name: (path.parent / name).read_bytes() for name, _ in _included(read_xml(path), path.parent)}
+    spec = mujoco.MjSpec.from_string(path.read_text(), include=files)
+    spec.modelfiledir = str(path.parent)
+    return spec
 
 
 class _Writer:

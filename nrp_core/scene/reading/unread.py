@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from difflib import get_close_matches
-from pathlib import Path
 from typing import Final
 
 from nrp_core.errors import SceneError, did_you_mean
@@ -98,8 +97,8 @@ class Unread:
 
 
 def report_unread(reading: Reading) -> None:
-    """Warn of what was not read in files, once for each kind; remarks are one note for each file."""
-    remarks: dict[Path, list[Element]] = {}
+    """Warn of what was not read in files, once for each kind; remarks are one note for all files."""
+    remarks: list[Element] = []
     notes = reading.notes
     for root in reading.written:
         _check_repeated(root, notes)
@@ -110,15 +109,15 @@ def report_unread(reading: Reading) -> None:
                 alike = f"unread {kind}" if one.element.tag in NOT_SIMULATED else ""
                 notes.warn(one.element, Code.NRP383, one.message, subject=one.element.tag, alike=alike)
             else:
-                remarks.setdefault(one.element.path, []).append(one.element)
+                remarks.append(one.element)
         _check_angles(root, notes)
-    for elements in remarks.values():
-        values = dict.fromkeys(f"<{each.tag}> {each.text}".rstrip() for each in elements)
-        tags = dict.fromkeys(f"<{each.tag}>" for each in elements)
+    if remarks:
+        values = dict.fromkeys(f"<{each.tag}> {each.text}".rstrip() for each in remarks)
+        tags = dict.fromkeys(f"<{each.tag}>" for each in remarks)
         names = list(values if len(values) <= len(tags) else tags)
         said = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
         message = f"these elements of Gazebo have no effect here: {said}"
-        notes.warn(elements[0], Code.NRP383, message, subject=elements[0].tag, level=Level.NOTE)
+        notes.warn(remarks[0], Code.NRP383, message, subject=remarks[0].tag, level=Level.NOTE)
 
 
 def _check_repeated(element: Element, notes: Notes) -> None:

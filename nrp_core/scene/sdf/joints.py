@@ -174,7 +174,9 @@ def with_leaders(joints: Iterable[Joint], model: Element, reading: Reading) -> I
                     f"the joint '{joint.name}' mimics {follows.multiplier:g} x '{leader}', which its "
                     f"limits of {joint.lower:g} to {joint.upper:g} exclude{mostly}: they are not used"
                 )
-                reading.notes.warn(element, Code.NRP383, message, subject=joint.name)
+                reading.notes.warn(
+                    element, Code.NRP383, message, subject=joint.name, alike="mimic beyond limits"
+                )
                 joint = replace(joint, lower=-inf, upper=inf)
         yield joint
 

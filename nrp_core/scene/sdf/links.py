@@ -181,7 +181,7 @@ def _with_unique_names(link: Element, tag: str, reading: Reading) -> Iterator[tu
             reading.notes.warn(geometry, Code.NRP260, message, subject=name)
         elif is_point(geometry):
             message = f"the {tag} '{name}' is a shape without a size: left out"
-            reading.notes.warn(element, Code.NRP260, message, subject=name)
+            reading.notes.warn(element, Code.NRP260, message, subject=name, alike=f"{tag} without size")
         elif not is_empty(geometry):
             yield unique, element
             continue

@@ -70,7 +70,7 @@ def apply_block(block: Element, model: Element, notes: Notes) -> None:
     for child in block.children:
         if child.tag.rpartition(":")[0] in _BEFORE_SDF:
             message = f"<{child.tag}> is of Gazebo before its version 1.0 and SDF: ignored"
-            notes.warn(child, Code.NRP383, message, subject=child.tag)
+            notes.warn(child, Code.NRP383, message, subject=child.tag, alike="before SDF")
             continue
         if child.tag in _VALUES:
             for inner in child.children:
@@ -468,7 +468,7 @@ def _is_endless(limit: Element, joint: Element, robot: _Robot) -> bool:
         f"the <limit> of the joint '{name}' has no lower and no upper: it moves without ends, as in "
         "PyBullet, and not at all in ROS"
     )
-    robot.notes.warn(limit, Code.NRP384, message, subject=name)
+    robot.notes.warn(limit, Code.NRP384, message, subject=name, alike="no ends")
     return True
 
 

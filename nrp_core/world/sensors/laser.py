@@ -236,7 +236,7 @@ _ONE_RAD: Final = 1.0
 def _require_sensible(scan: Element, reading: Reading) -> None:
     """Warn of invalid angles."""
     low, high = scan.number("min_angle", 0.0), scan.number("max_angle", 0.0)
-    if high - low > 2 * pi + 0.01:
+    if high - low > 4 * pi:  # real scanners cover a little more than a turn
         message = f"rays from {low:g} to {high:g} rad are more than a turn; angles are in radians"
         reading.notes.warn(scan, Code.NRP264, message)
     elif scan.find("min_angle") and scan.find("max_angle") and low > high:

@@ -291,6 +291,19 @@ def test_commands_are_clamped_to_the_range_of_the_actuator(open_world, tmp_path,
     assert world.joint_states("arm").positions[0] == pytest.approx(data.qpos[0], abs=0.02)
 
 
+def test_a_file_may_have_another_suffix_than_xml(tmp_path):
+    (tmp_path / "box.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+    )
+    part = '<worldbody><body name="arm"><joint name="j"/><geom type="mesh" mesh="box"/></body></worldbody>'
+    (tmp_path / "part.mjcf").write_text(f'<mujoco><asset><mesh file="box.obj"/></asset>{part}</mujoco>')
+    (tmp_path / "arm.mjcf").write_text('<mujoco><include file="part.mjcf"/></mujoco>')
+    native = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.mjcf"))
+    (model,) = read_scene(tmp_path / "arm.mjcf").models
+    (link,) = model.links
+    assert link.inertial.mass == pytest.approx(native.body("arm").mass[0])
+
+
 SEVERAL = """<mujoco><compiler angle="radian"/><worldbody><body name="arm" pos="0 0 1">
   <joint name="hinge" axis="0 1 0"/><geom size="0.05" pos="0.2 0 0" mass="0.5"/></body></worldbody>
   <actuator><{} name="first" joint="hinge"/>
