@@ -31,6 +31,17 @@ test("an axis has two ticks or more, whose texts are what they are at", () => {
   }
 });
 
+test("the texts of an axis are numbers that differ, each nearest to its tick", () => {
+  for (let size = -9; size <= 9; size++)
+    for (let share = 0; share <= 6; share++)
+      for (const from of [-1.37, -0.4, 0, 0.62, 1]) {
+        const ticks = ticksBetween(from * 10 ** size, (from + 10 ** -share) * 10 ** size, 2);
+        const step = (ticks[1] ?? Number.NaN) - (ticks[0] ?? Number.NaN);
+        expect(ticks.length).toBeGreaterThanOrEqual(2);
+        for (const tick of ticks) expect(Math.abs(Number(tickText(tick, step)) - tick)).toBeLessThan(step / 20);
+      }
+});
+
 test("values have three digits", () => {
   expect([0.0361, 1.104, 72.34, 123456, 0, 2e-9, undefined].map((each) => valueText(each))).toEqual([
     "0.0361",

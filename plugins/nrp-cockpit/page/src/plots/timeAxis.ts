@@ -24,8 +24,11 @@ const ends = (from: number, to: number, step: number) =>
 
 /** A number of an axis with the digits that its step needs. */
 export function tickText(value: number, step: number): string {
-  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-  return digits > 4 || Math.abs(value) >= 1e6 ? value.toExponential(1) : value.toFixed(digits);
+  const last = Math.floor(Math.log10(step) + 1e-9);
+  if (last >= -4 && Math.abs(value) < 1e6) return value.toFixed(Math.max(0, -last));
+  const tick = Math.round(value / step) * step || 0;
+  const first = tick === 0 ? last : Math.floor(Math.log10(Math.abs(tick)) + 1e-9);
+  return tick.toExponential(Math.min(Math.max(0, first - last), 20));
 }
 
 /** What is left of a value that decays is below this share of the height of its axis. */
