@@ -18,7 +18,7 @@ from nrp_core.brain.devices.trains import TrainPort
 from nrp_core.brain.engines import Engines, Failures, note_failure
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.spikes import NO_SPIKES, Spikes, SynapticEvents
-from nrp_core.clock import milliseconds
+from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import DivergedError
 
 
@@ -76,8 +76,8 @@ class BrainBatch:
                 row = rows[brain] = _Row(brain)
             if not row.is_plain or not brain._is_plain or brain.now_ns >= times_ns[number]:
                 continue
-            if not all(port.active for port in row.counters):  # compiled code counts without a look at them
-                continue
+            if row.counters and not all(port.active for port in row.counters):
+                continue  # compiled code counts without a look at them
             shape = shape or (type(brain), row.shape)
             if shape == (type(brain), row.shape):
                 found.append(number)
@@ -95,8 +95,8 @@ class BrainBatch:
         if self._engines is None:
             self._engines = brains[0]._engines()
         trains, membranes, counters = self._tables(brains)
-        since_ms = np.array([milliseconds(brain.now_ns) for brain in brains])
-        until_ms = np.array([milliseconds(t_ns) for t_ns in times_ns])
+        since_ms = np.array([brain.now_ns for brain in brains]) / NS_PER_MS
+        until_ms = np.array(times_ns) / NS_PER_MS
         failed = self._emit(brains, trains, since_ms, until_ms)
         failed = self._engines.run(brains, times_ns) | failed
         ends, spikes = self._engines.take(brains)

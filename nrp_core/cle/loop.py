@@ -25,6 +25,7 @@ from nrp_core.cle.latency import LoopPath, paths
 from nrp_core.cle.pacing import AsFastAsPossible, Pacing
 from nrp_core.cle.wiring import Wiring
 from nrp_core.clock import StepPlan, milliseconds, seconds
+from nrp_core.dsl.calls import Call
 from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.functions import call_for_copies as call_for_copies
 from nrp_core.dsl.parameters import line_in
@@ -362,7 +363,8 @@ class ClosedLoop(Closing):
     @property
     def now_ns(self) -> int:
         """The time that brain and world have reached, ns."""
-        return min(self.brain.now_ns, self.world.now_ns)  # they differ after one of them failed
+        brain_ns, world_ns = self.brain.now_ns, self.world.now_ns
+        return brain_ns if brain_ns < world_ns else world_ns  # they differ after one of them failed
 
     # -- running
 
@@ -469,14 +471,19 @@ class ClosedLoop(Closing):
         What they publish and change is delivered when all of them have run, so their order does not matter.
         """
         n_before, changing, now_ns = len(self.failures), [], self.now_ns
+        start_ns = now_ns - self.plan.period_ns
+        t = self._function_time(now_ns, start_ns)
         self.world.hold_messages()
         try:
             for function in self.functions:
                 if not function.is_bound:
                     continue  # it was removed in this step
-                succeeded = yield from self._make_calls(function, now_ns, together and function.vectorized)
-                if not succeeded and self.on_error == "stop":
-                    break
+                calls = function.calls_due(start_ns, t)
+                if calls:
+                    waits = together and function.vectorized
+                    succeeded = yield from self._make_calls(function, calls, now_ns, t, waits)
+                    if not succeeded and self.on_error == "stop":
+                        break
                 if function.deferring:
                     changing.append(function)
         finally:
@@ -490,12 +497,10 @@ class ClosedLoop(Closing):
         return self.failures[n_before] if failed else None
 
     def _make_calls(
-        self, function: TransferFunction, now_ns: int, together: bool
+        self, function: TransferFunction, calls: Iterable[Call], now_ns: int, t: float, together: bool
     ) -> Generator[VectorizedCall, Any, bool]:
-        """Make the calls of a function that are due in this step, and return whether all succeeded."""
-        start_ns = now_ns - self.plan.period_ns
-        t = self._function_time(now_ns, start_ns)
-        for call in function.calls_due(start_ns, t):
+        """Make the calls of a function in this step, and return whether all succeeded."""
+        for call in calls:
             began, failed = work.now_ns(), False
             try:
                 if together:

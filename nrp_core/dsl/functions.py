@@ -119,11 +119,13 @@ class TransferFunction:
     ) -> None:
         self.function, self.vectorized = function, vectorized
         self.name = function.__name__
-        self.place = SourceLine.of_code(inspect.unwrap(function).__code__)
+        self.__code__ = inspect.unwrap(function).__code__
+        self.place = SourceLine.of_code(self.__code__)
         self.__doc__ = function.__doc__
         self.flow, self.topic, self.priority = flow, topic, priority
         self.parameters = self._parameters_of(function)
         self.triggers, self.calls = self._checked_triggers(triggers), calls
+        self._runs_each_step = TIME in self.triggers
         self.throttle = Throttle(throttling_rate)
         self.mappings: dict[str, ParameterMapping] = {}
         self._adapters: dict[str, Adapter] = {}
@@ -297,7 +299,7 @@ class TransferFunction:
             yield Call()
 
     def _is_triggered(self) -> bool:
-        return TIME in self.triggers or any(one.has_news() for one in self._triggering)
+        return self._runs_each_step or any(one.has_news() for one in self._triggering)
 
     def run(self, now_ns: int, t: float | None = None, call: Call = ONCE[0]) -> Any:
         """Run it on its bound parameters, and send its return value to its topic.

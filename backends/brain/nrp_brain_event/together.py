@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from operator import is_not
 from typing import Any, Final
 
 import numpy as np
@@ -16,7 +17,7 @@ from nrp_core._support.jit import array_at, jit
 from nrp_core._support.signals import end_if_asked
 from nrp_core.brain.engines import Engines, Failures
 from nrp_core.brain.spikes import NO_SPIKES, Spikes, SynapticEvents
-from nrp_core.clock import milliseconds
+from nrp_core.clock import NS_PER_MS
 
 _PLACES: Final = np.empty(0, np.int64)
 _SIZE: Final = 3 * len(EngineArrays._fields)
@@ -32,7 +33,7 @@ class EventEngines(Engines):
     def _engines(self, brains: Sequence[Any]) -> Array:
         """Return the addresses of the address tables of all engines."""
         places = [brain._places for brain in brains]
-        if len(places) != len(self._known) or any(map(_is_other, places, self._known)):
+        if len(places) != len(self._known) or any(map(is_not, places, self._known)):
             self._known, self._table = places, np.array([address(one) for one in places], np.int64)
         return self._table
 
@@ -50,7 +51,7 @@ class EventEngines(Engines):
         return failed
 
     def run(self, brains: Sequence[Any], times_ns: Sequence[int]) -> Failures:
-        until_ms = np.array([milliseconds(t_ns) for t_ns in times_ns])
+        until_ms = np.array(times_ns) / NS_PER_MS
         status, failed = np.empty(len(brains), np.int64), Failures()
         end_if_asked()
         run_each(self._engines(brains), until_ms, np.nextafter(until_ms, np.inf), status)
@@ -77,10 +78,6 @@ class EventEngines(Engines):
             part = Spikes.merged([Spikes(neurons[own], times_ms[own])])
             neurons[own], times_ms[own], first = part.neurons, part.times_ms, last
         return ends, Spikes(neurons, times_ms)
-
-
-def _is_other(one: object, other: object) -> bool:
-    return one is not other
 
 
 @jit

@@ -227,7 +227,7 @@ class MujocoEngine(JointedEngine):
             speed_mm = f"{1e3 * speed:.2g} mm/s"
             message = f"'{held}' slides along '{holder}' at {speed_mm}, although friction should hold it"
             self.warnings.add(Code.NRP386, message, subject=held)
-        if SAID or work.warned.max() > 1:
+        if SAID or max(work.warned.tolist()) > 1:
             self._report_warnings(work)
 
     def _take(self, data: Any, steps: int) -> None:

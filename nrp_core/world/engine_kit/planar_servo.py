@@ -23,7 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import copysign, hypot, sqrt
+from math import hypot, sqrt
 
 import numpy as np
 
@@ -238,7 +238,9 @@ class PlanarServo:
 def _towards(velocity: float, before: float, after: float) -> float:
     """Return the change of a velocity when its command changes."""
     change, gap = after - before, after - velocity
-    return copysign(min(abs(change), abs(gap)), change) if change * gap > 0 else 0.0
+    if not change * gap > 0:
+        return 0.0
+    return change if (change < gap if change > 0 else change > gap) else gap  # the smaller one
 
 
 def _sum(a: Vector, b: Vector) -> Vector:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import inspect
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -196,4 +195,4 @@ def _kind(waits: Waiting) -> tuple[str, Any]:
     """Return the name and the code of the function that is called; one copy may have other code."""
     function = waits[1][0]
     assert function is not None
-    return function.name, inspect.unwrap(function.function).__code__
+    return function.name, function.__code__
