@@ -198,6 +198,7 @@ class MockEngine(Engine):
             coupled_joints=True,
             loops=True,
             own_actuators=True,
+            wrapping=True,
             muscles=True,
         )
         super().__init__(scene, capabilities, seed=0, identity="mock")

@@ -146,7 +146,7 @@ def no_joint(model: str, joint: str, need: str) -> str:
 
 def no_drive(model: str, drive: str, need: str) -> str:
     """Return the clause about a drive, such as a muscle, that needs a capability."""
-    if need == "own_actuators":
+    if need == "wrapping":
         own = "which wraps around shapes or joints, or has properties of MuJoCo alone"
         return f"cannot simulate the muscle '{drive}' of '{model}', {own}"
     return f"has no {need.replace('_', ' ')}, such as '{drive}' of '{model}'"

@@ -34,8 +34,8 @@ class WorldCapabilities:
             refused.
         loops: joints can close loops and tie two models. Otherwise such joints are left out, with a warning.
         own_actuators: it has the actuators and sensors that elements for it in a model's file describe.
-        muscles: it has muscles along straight lines. Otherwise a scene with one is refused, as is a scene
-            with one that wraps around shapes in an engine without ``own_actuators``.
+        muscles: it has muscles along straight lines. Otherwise a scene with one is refused.
+        wrapping: it has muscles that wrap around shapes. Otherwise a scene with one is refused.
         changes: models can be moved, added and deleted while it runs.
         real_time: time advances on its own, as on a robot, so the loop must keep up.
         poses: it reports the poses of models.
@@ -61,6 +61,7 @@ class WorldCapabilities:
     loops: bool = False
     own_actuators: bool = False
     muscles: bool = False
+    wrapping: bool = False
     changes: bool = False
     real_time: bool = False
     poses: bool = True

@@ -438,7 +438,7 @@ def sensors_for(model: Model) -> Iterator[str]:
 
 def _mode(model: Model, joint: Joint) -> str:
     needs = {need for drive in model.drives for need in drive.needs}
-    if joint.takes_commands and needs & {"muscles", "own_actuators"}:
+    if joint.takes_commands and needs & {"muscles", "own_actuators", "wrapping"}:
         return "effort"  # a servo would hold it against these, and OpenSim has none
     return "velocity" if joint.kind == "continuous" else "position"
 

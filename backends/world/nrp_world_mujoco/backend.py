@@ -42,6 +42,7 @@ class MujocoBackend(PhysicsBackend):
     remedy = "pip install --force-reinstall mujoco-core"
     releases_gil = True
     own_actuators = True
+    wrapping = True
     muscles = True
 
     def another(self, first: Engine, *, seed: int, options: WorldOptions) -> Engine:

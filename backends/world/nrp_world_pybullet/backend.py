@@ -23,6 +23,7 @@ class PybulletBackend(PhysicsBackend):
     engine_name = "PyBullet"
     remedy = "pip install 'nrp-core[pybullet]'"
     muscles = True
+    wrapping = True
 
     def diagnose(self) -> list[Diagnosis]:
         if find_spec("pybullet") is not None:

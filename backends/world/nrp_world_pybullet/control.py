@@ -167,6 +167,7 @@ class Tree:
             pulls, damping = self._muscles.loads(self._columns)
             # MuJoCo's implicitfast leaves out the damping between branches of a tree
             known, viscosity = springs + pulls, damping * self._inertia.related
+            springs = springs + self._muscles.wrapping_loads(self._columns)
         if self.exact:
             inertia, bias = self._inertia.dynamics(positions, velocities)
         else:

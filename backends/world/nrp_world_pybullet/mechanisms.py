@@ -38,7 +38,7 @@ def report_mechanisms(model: Model, exact: Sequence[str], warnings: Findings) ->
 def _lacking(model: Model, foreign: Sequence[Native], exact: Sequence[str]) -> Iterator[tuple[str, str]]:
     """Yield the parts of a model that elements for another engine describe, each with its subject."""
     of, links = f"'{model.name}'", {link.name for link in model.links}
-    pulled = _of_straight_muscles(model, foreign)
+    pulled = _of_muscles(model, foreign)
     counts = Counter(
         (section.tag, part.tag)
         for section in foreign
@@ -74,11 +74,11 @@ def _lacking(model: Model, foreign: Sequence[Native], exact: Sequence[str]) -> I
             yield medium, f"the medium that brakes {of} ({medium})"
 
 
-def _of_straight_muscles(model: Model, foreign: Sequence[Native]) -> set[str | None]:
-    """Return the tendons that only straight muscles pull, which PyBullet supports."""
-    straight = {muscle.name for muscle in muscles_of(model) if not muscle.wraps}
+def _of_muscles(model: Model, foreign: Sequence[Native]) -> set[str | None]:
+    """Return the tendons that only muscles pull, which PyBullet supports."""
+    muscles = {muscle.name for muscle in muscles_of(model)}
     actuators = [each for section in foreign if section.tag == "actuator" for each in section.children]
-    others = {each.attribute("tendon") for each in actuators if each.attribute("name") not in straight}
+    others = {each.attribute("tendon") for each in actuators if each.attribute("name") not in muscles}
     return {each.attribute("tendon") for each in actuators} - others - {None}
 
 

@@ -1,4 +1,4 @@
-"""Muscles along straight lines, which PyBullet does not have: their forces are set before each step."""
+"""Muscles, which PyBullet does not have: their forces are set before each step."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from nrp_core.scene.consistency import WORLD
 from nrp_core.scene.merged_bodies import Body, body_of, tree_of
 from nrp_core.scene.model import Model, Scene
 from nrp_core.scene.rigid import BodyPath, JointStates, Pose
-from nrp_core.world.drives.muscles import muscles_of
+from nrp_core.world.drives.muscles import Muscle, ViaPoint, muscles_of
 from nrp_core.world.engine_kit.muscles import (
     activation_rate,
     force_length,
@@ -27,6 +27,7 @@ from nrp_world_pybullet.build import Built
 from nrp_world_pybullet.inertia import rotate
 from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.motion import motions_of
+from nrp_world_pybullet.wrapping import WrappingMuscles
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 MOTION = 13
@@ -59,28 +60,17 @@ def locate(motions: FloatArray, carriers: IntArray, points: FloatArray, places: 
 
 
 @jit
-def pull(
-    places: FloatArray,
-    carriers: IntArray,
-    ends: IntArray,
-    parameters: FloatArray,
-    states: FloatArray,
-    slopes: FloatArray,
-    wrenches: FloatArray,
-) -> None:
-    """Compute lengths, velocities and tensions of muscles, and their wrenches on bodies.
+def measure(places: FloatArray, ends: IntArray, states: FloatArray) -> None:
+    """Compute lengths and velocities of muscles along straight lines; those without points are left.
 
     Args:
         places: of the points, as :func:`locate` computes them.
-        carriers: the body of each point, shape ``(k,)``.
         ends: index of the first point of each muscle and after its last, shape ``(n, 2)``.
-        parameters: of each muscle, shape ``(n, 11)``.
-        states: the states of the muscles, shape ``(4, n)``; of these the activations are read.
-        slopes: receives the derivatives of the tensions by the velocities, N s/m, shape ``(n,)``.
-        wrenches: receives forces and torques at the frames of the bodies, N and N m, shape ``(b, 6)``.
+        states: the states of the muscles, shape ``(4, n)``.
     """
-    wrenches[:] = 0.0
     for n in range(len(ends)):
+        if ends[n, 0] == ends[n, 1]:
+            continue
         length, velocity = 0.0, 0.0
         for k in range(ends[n, 0], ends[n, 1] - 1):
             segment, closing = 0.0, 0.0
@@ -91,13 +81,40 @@ def pull(
             segment = sqrt(segment)
             length += segment
             velocity += closing / segment if segment > 0.0 else 0.0
+        states[LENGTH, n], states[VELOCITY, n] = length, velocity
+
+
+@jit
+def pull(
+    places: FloatArray,
+    carriers: IntArray,
+    ends: IntArray,
+    parameters: FloatArray,
+    states: FloatArray,
+    slopes: FloatArray,
+    wrenches: FloatArray,
+) -> None:
+    """Compute tensions of muscles, and the wrenches of those along straight lines on bodies.
+
+    Args:
+        places: of the points, as :func:`locate` computes them.
+        carriers: the body of each point, shape ``(k,)``.
+        ends: index of the first point of each muscle and after its last, shape ``(n, 2)``.
+        parameters: of each muscle, shape ``(n, 11)``.
+        states: the states of the muscles, shape ``(4, n)``; receives the tensions.
+        slopes: receives the derivatives of the tensions by the velocities, N s/m, shape ``(n,)``.
+        wrenches: receives forces and torques at the frames of the bodies, N and N m, shape ``(b, 6)``.
+    """
+    wrenches[:] = 0.0
+    for n in range(len(ends)):
         p = parameters[n]
-        relative, fastest = (length - p[_SLACK]) / p[_OPTIMAL], p[_OPTIMAL] * p[_VMAX]
+        relative, fastest = (states[LENGTH, n] - p[_SLACK]) / p[_OPTIMAL], p[_OPTIMAL] * p[_VMAX]
+        rate = states[VELOCITY, n] / fastest
         active = p[_FORCE] * force_length(relative, p[_LMIN], p[_LMAX]) * states[ACTIVATION, n]
-        tension = active * force_velocity(velocity / fastest, p[_FVMAX])
+        tension = active * force_velocity(rate, p[_FVMAX])
         tension += p[_FORCE] * passive_force(relative, p[_LMAX], p[_FPMAX])
-        slopes[n] = active * force_velocity_slope(velocity / fastest, p[_FVMAX]) / fastest
-        states[LENGTH, n], states[VELOCITY, n], states[TENSION, n] = length, velocity, tension
+        slopes[n] = active * force_velocity_slope(rate, p[_FVMAX]) / fastest
+        states[TENSION, n] = tension
         for k in range(ends[n, 0], ends[n, 1] - 1):
             segment = 0.0
             for i in range(3):
@@ -188,7 +205,7 @@ def activate(controls: FloatArray, parameters: FloatArray, states: FloatArray, s
 
 
 class Muscles:
-    """The muscles of a scene, all along straight lines.
+    """The muscles of a scene; those that wrap act on joints, all others on bodies.
 
     Before each physics step the engine calls :meth:`push`. When bodies have moved in another way, it calls
     :meth:`forget`.
@@ -208,10 +225,14 @@ class Muscles:
         places = [
             _place(model, bodies[model.name], point.link, point.position)
             for model, muscle in muscles
-            for point in muscle.path
+            for point in _path(muscle)
         ]
         pulled = list(dict.fromkeys(body for body, _ in places if body is not None))
-        trees = {model: _trees(model, bodies[model], pulled) for model in {model for model, _ in pulled}}
+        wrapped = {model.name for model, muscle in muscles if muscle.wraps}
+        trees = {
+            model: _trees(model, bodies[model], pulled, whole=model in wrapped)
+            for model in dict.fromkeys([*(model for model, _ in pulled), *wrapped])
+        }
         jointed = [(model, child) for model, found in trees.items() for child in found]
         carriers = list(dict.fromkeys((*pulled, *jointed)))
         rows = {body: row for row, body in enumerate(carriers)}
@@ -232,7 +253,7 @@ class Muscles:
         }
         self._rows = np.array([rows[body] if body else last for body, _ in places], np.int64)
         self._points = np.array([point for _, point in places], float).reshape(-1, 3)
-        after = np.cumsum([0, *(len(muscle.path) for _, muscle in muscles)])
+        after = np.cumsum([0, *(len(_path(muscle)) for _, muscle in muscles)])
         self._ends = np.stack([after[:-1], after[1:]], axis=1)
         numbers = [[getattr(muscle, name) for name in _PARAMETERS] for _, muscle in muscles]
         self._parameters = np.array(numbers, float).reshape(-1, len(_PARAMETERS))
@@ -249,6 +270,17 @@ class Muscles:
             held, links = self._links.setdefault(place.multibody, ([], []))
             held.append(row)
             links.append(place.link)
+
+        self._wrapping = [self._wrap(model, built) for model in scene.models if model.name in wrapped]
+
+    def _wrap(self, model: Model, built: Built) -> tuple[WrappingMuscles, IntArray, IntArray]:
+        """Return the muscles of a model that wrap, with their numbers and those of the coordinates."""
+        names = [muscle.name for muscle in muscles_of(model) if muscle.wraps]
+        numbers = np.array([self._numbers[model.name, name] for name in names], np.int64)
+        joints = {name: built.joints[model.name][name] for name in self._coordinates[model.name]}
+        columns = np.array([self._columns[model.name, name] for name in joints], np.int64)
+        floats = any(body.floats for body, _ in built.bodies[model.name])
+        return WrappingMuscles(model, names, joints, floats, self._client), numbers, columns
 
     def __bool__(self) -> bool:
         return bool(self._numbers)
@@ -280,8 +312,13 @@ class Muscles:
         self._read(self._motions[:-1])
         motions, places, rows, ends = self._motions, self._spots, self._rows, self._ends
         locate(motions, rows, self._points, places)
-        pull(places, rows, ends, self._parameters, self._states, self._slopes, self._wrenches)
+        measure(places, ends, self._states)
         find_moments(motions, places, rows, ends, self._levers, self._moved, self._moments)
+        for muscles, numbers, columns in self._wrapping:
+            lengths, velocities, moments = muscles.find()
+            self._states[LENGTH, numbers], self._states[VELOCITY, numbers] = lengths, velocities
+            self._moments[np.ix_(numbers, columns)] = moments
+        pull(places, rows, ends, self._parameters, self._states, self._slopes, self._wrenches)
         self._pulled = True
 
     def pull_at_world(self, model: str) -> bool:
@@ -307,6 +344,15 @@ class Muscles:
         self._pull()
         moments = self._moments[:, columns]
         return -product(self._states[TENSION], moments), product(moments.T * self._slopes, moments)
+
+    def wrapping_loads(self, columns: IntArray) -> FloatArray | float:
+        """Return the efforts at coordinates of those muscles that act on joints, after :meth:`loads`."""
+        efforts: FloatArray | float = 0.0
+        for _, numbers, _ in self._wrapping:
+            efforts = efforts - product(
+                self._states[TENSION, numbers], self._moments[np.ix_(numbers, columns)]
+            )
+        return efforts
 
     def _read(self, motions: FloatArray) -> None:
         """Write the motions of the bodies' centres of mass along principal axes."""
@@ -365,13 +411,23 @@ def _place(
     return (model.name, index), (body.inertial.pose.inverse() @ held).position
 
 
-def _trees(model: str, bodies: Sequence[Body], pulled: Sequence[BodyPath]) -> dict[int, list[int]]:
-    """Return the bodies whose joints muscles can move, each with the pulled ones among its descendants."""
+def _path(muscle: Muscle) -> Sequence[ViaPoint]:
+    """Return the path of a muscle along straight lines; empty if it wraps."""
+    return () if muscle.wraps else muscle.path
+
+
+def _trees(
+    model: str, bodies: Sequence[Body], pulled: Sequence[BodyPath], *, whole: bool
+) -> dict[int, list[int]]:
+    """Return the bodies whose joints muscles can move, each with the pulled ones among its descendants.
+
+    Muscles that wrap can move the whole of a model.
+    """
     trees = {}
     for child, body in enumerate(bodies):
         if body.joint is not None and body.joint.coordinates and body.inertial is not None:
             trees[child] = [each for each in tree_of(child, bodies) if (model, each) in pulled]
-    return {child: moved for child, moved in trees.items() if moved}
+    return {child: moved for child, moved in trees.items() if moved or whole}
 
 
 def _levers(body: Body, row: int) -> Iterator[tuple[str, list[float]]]:

@@ -70,8 +70,8 @@ class Muscle(Drive):
         fvmax: force at fast lengthening, a share of the peak force.
         activation_s, deactivation_s: time constants of the activation, s.
         smoothing: width of the transition between the time constants; 0 for none.
-        wraps: whether it wraps around shapes, or has properties beyond these: then only engines with its own
-            element (``own_actuators``) simulate it, under its name.
+        wraps: whether it wraps around shapes, or has properties beyond these: then only engines with
+            ``wrapping`` simulate it, from the element with its name in its file.
         state_topic: the absolute topic of its state (``nrp_msgs/MuscleState``).
     """
 
@@ -94,7 +94,7 @@ class Muscle(Drive):
 
     @property
     def needs(self) -> tuple[str, ...]:
-        return ("own_actuators",) if self.wraps else ("muscles",)
+        return ("wrapping",) if self.wraps else ("muscles",)
 
     @property
     def length_range(self) -> tuple[float, float]:

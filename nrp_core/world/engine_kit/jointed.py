@@ -296,6 +296,7 @@ class PhysicsBackend(WorldBackend):
         releases_gil: whether it releases the GIL while it steps.
         own_actuators: whether it has the actuators and sensors that elements for it describe.
         muscles: whether it has muscles along straight lines.
+        wrapping: whether it has muscles of MJCF that wrap around shapes.
     """
 
     options: ClassVar[type[PhysicsOptions]]
@@ -304,6 +305,7 @@ class PhysicsBackend(WorldBackend):
     releases_gil: ClassVar[bool] = False
     own_actuators: ClassVar[bool] = False
     muscles: ClassVar[bool] = False
+    wrapping: ClassVar[bool] = False
 
     def capabilities(self, options: WorldOptions) -> WorldCapabilities:
         assert isinstance(options, PhysicsOptions)
@@ -324,6 +326,7 @@ class PhysicsBackend(WorldBackend):
             changes=True,
             own_actuators=self.own_actuators,
             muscles=self.muscles,
+            wrapping=self.wrapping,
             slip=float(options.drive == "physical"),
             releases_gil=self.releases_gil,
         )

@@ -303,17 +303,6 @@ def test_groups_take_as_many_finite_numbers_as_they_have_muscles(tmp_path, golde
         assert [each.code for each in world.warnings] == [Code.NRP299]
 
 
-def test_a_muscle_around_a_shape_is_refused_where_it_cannot_be_simulated(tmp_path, golden: Golden):
-    text = ARM.replace("</body>", '<geom name="w" type="sphere" size="0.01"/></body>').replace(
-        '<site site="i"/>', '<geom geom="w"/><site site="i"/>'
-    )
-    scene = arm(tmp_path, text=text)
-    with golden.raises(CapabilityError, match="'m'.*'arm'"):
-        opened(scene, "pybullet")
-    with opened(scene, "mujoco") as world:
-        assert state(world, "/arm/m/state")[0] > 0.3
-
-
 @pytest.mark.parametrize("engine", ENGINES)
 def test_snapshots_hold_the_state_of_muscles(engine, tmp_path):
     with opened(arm(tmp_path, text=PAIR), engine) as world:

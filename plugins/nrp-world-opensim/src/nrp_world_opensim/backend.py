@@ -37,6 +37,7 @@ class OpensimBackend(WorldBackend):
             links=True,
             joint_control=True,
             own_actuators=True,
+            wrapping=True,
             own_scene=True,
         )
 

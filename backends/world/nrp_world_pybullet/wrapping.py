@@ -1,0 +1,135 @@
+"""Muscles that wrap around shapes: MuJoCo computes their lengths and moments on a copy of their file.
+
+Only the routines for positions are used (``mj_kinematics``, ``mj_comPos``, ``mj_tendon`` and
+``mj_transmission``); PyBullet moves the bodies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray
+from nrp_core._support.small_matrices import product
+from nrp_core.errors import CapabilityError
+from nrp_core.scene.model import Model
+from nrp_world_pybullet.build import BodyHandle
+from nrp_world_pybullet.library import bullet
+
+_OF_TENDONS = {"limited": "limits", "actfrclimited": "a limit of force", "stiffness": "a spring",
+               "damping": "a damper", "frictionloss": "dry friction", "armature": "inertia"}  # fmt: skip
+_OF_ACTUATORS = {"forcelimited": "a limit of force", "actlimited": "a limit of activation",
+                 "actearly": "the option actearly", "damping": "a damper"}  # fmt: skip
+
+
+class WrappingMuscles:
+    """The lengths, velocities and moments of the muscles of a model that wrap.
+
+    Args:
+        model: the model, of an MJCF file.
+        muscles: the names of the muscles.
+        joints: the coordinates that they can move, by name, with their handles.
+        floats: whether the base of the model floats freely.
+        client: the physics client.
+
+    Raises:
+        CapabilityError: a muscle has properties that only MuJoCo has, or its file has other joints.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        muscles: Sequence[str],
+        joints: Mapping[str, BodyHandle],
+        floats: bool,
+        client: int,
+    ) -> None:
+        import mujoco
+
+        self._engine, self._client = mujoco, client
+        file = model.source.file if model.source is not None else None
+        if file is None or file.suffix != ".xml":
+            raise CapabilityError(_refusal(model, muscles[0], "its file is not MJCF"))
+        m = self._m = _compile(file, file.stat().st_mtime_ns)
+        self._data = mujoco.MjData(m)
+        single = [int(kind) for kind in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)]
+        known = {m.actuator(n).name: n for n in range(m.nu)}
+        singles = {m.joint(n).name: n for n in range(m.njnt) if m.jnt_type[n] in single}
+        for name in muscles:
+            for why in _obstacles(m, known.get(name), floats):
+                raise CapabilityError(_refusal(model, name, why))
+        if missing := [name for name in joints if name not in singles]:
+            raise CapabilityError(
+                _refusal(model, muscles[0], f"its file has no hinge or slide '{missing[0]}'")
+            )
+        numbers = [singles[name] for name in joints]
+        self._coordinates, self._rates = m.jnt_qposadr[numbers], m.jnt_dofadr[numbers]
+        self._zeros = m.qpos0[self._coordinates].copy()
+        self._outputs = m.actuator_outadr[[known[name] for name in muscles]]
+        self._gears = m.actuator_gear[self._outputs, 0].copy()
+        self._dense = np.zeros((m.nu, m.nv))
+        self._trees: dict[int, list[int]] = {}
+        for place in joints.values():
+            self._trees.setdefault(place.multibody, []).append(place.link)
+        order = [(place.multibody, place.link) for place in joints.values()]
+        read = [(body, link) for body, links in self._trees.items() for link in links]
+        self._order = np.array([read.index(each) for each in order], int)
+
+    def find(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return lengths and velocities, shape ``(n,)``, and moments by the coordinates, shape ``(n, c)``."""
+        engine, m, data = self._engine, self._m, self._data
+        rows = [
+            state[:2]
+            for body, links in self._trees.items()
+            for state in bullet.getJointStates(body, links, self._client)
+        ]
+        positions, velocities = np.array(rows, float).reshape(-1, 2)[self._order].T
+        data.qpos[self._coordinates] = self._zeros + positions
+        for routine in (engine.mj_kinematics, engine.mj_comPos, engine.mj_tendon, engine.mj_transmission):
+            routine(m, data)
+        engine.mju_sparse2dense(
+            self._dense, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
+        )
+        moments = self._dense[np.ix_(self._outputs, self._rates)] / self._gears[:, None]
+        return data.actuator_length[self._outputs] / self._gears, product(moments, velocities), moments
+
+
+@lru_cache(maxsize=8)
+def _compile(file: Path, _changed_ns: int) -> Any:
+    """Return the compiled model of a file; the time of its last change makes another one of it."""
+    import mujoco
+
+    return mujoco.MjModel.from_xml_path(str(file))
+
+
+def _obstacles(m: Any, number: int | None, floats: bool) -> Iterator[str]:
+    """Yield why a muscle cannot be simulated here."""
+    import mujoco
+
+    if number is None:
+        yield "its file has no such actuator"
+        return
+    active, passive = m.actuator_gainprm[number][:9], m.actuator_biasprm[number][:9]
+    if m.actuator_biastype[number] != mujoco.mjtBias.mjBIAS_MUSCLE or (active != passive).any():
+        yield "its passive force has another curve than the active one"
+    for name, what in _OF_ACTUATORS.items():
+        if np.any(getattr(m, f"actuator_{name}")[number]):
+            yield f"it has {what}"
+    if m.actuator_trntype[number] == mujoco.mjtTrn.mjTRN_TENDON:
+        tendon = int(m.actuator_trnid[number][0])
+        for name, what in _OF_TENDONS.items():
+            if np.any(getattr(m, f"tendon_{name}")[tendon]):
+                yield f"its tendon has {what}"
+        start = int(m.tendon_adr[tendon])
+        path = range(start, start + int(m.tendon_num[tendon]))
+        sites = [int(m.wrap_objid[k]) for k in path if m.wrap_type[k] == mujoco.mjtWrap.mjWRAP_SITE]
+        if floats and any(m.body_weldid[m.site_bodyid[site]] == 0 for site in sites):
+            yield "it pulls a free base at the world"
+
+
+def _refusal(model: Model, muscle: str, why: str) -> str:
+    return f"PyBullet cannot simulate the muscle '{muscle}' of '{model.name}', which wraps: {why}"

@@ -1,0 +1,75 @@
+"""Muscles that wrap around shapes move joints in PyBullet as in MuJoCo alone, which reads the same file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from golden import Golden
+
+from nrp_core import World, worlds
+from nrp_core.errors import CapabilityError
+from nrp_core.messages.std_msgs import Float64MultiArray
+from nrp_core.scene.sdf import read_scene
+
+LEG = """<mujoco><option integrator="implicitfast" tolerance="1e-14"/>
+  <worldbody><body name="base" pos="0 0 1">{root}<inertial mass="2" pos="0 0 0" diaginertia=".02 .02 .02"/>
+    <site name="a" pos="0.03 0 -0.02"/><site name="b" pos="-0.03 0 -0.02"/>
+    <body name="upper" pos="0 0 -0.05"><inertial mass="1.5" pos="0 0 -0.15" diaginertia="0.02 0.02 0.004"/>
+      <joint name="hip" axis="0 1 0" range="-1 1" limited="true" armature="0.01" ref="0.1"/>
+      <geom name="roll" type="cylinder" size="0.02 0.05" euler="90 0 0" mass="0"
+        contype="0" conaffinity="0"/>
+      <site name="c" pos="0.02 0 -0.2"/><site name="side" pos="0.04 0 0"/>
+      <body name="lower" pos="0 0 -0.3"><inertial mass="1" pos="0 0 -0.12" diaginertia="0.01 0.01 0.002"/>
+        <joint name="knee" axis="0 1 0" range="-2 0" limited="true" damping="0.1"/>
+        <geom name="ball" type="sphere" size="0.025" mass="0" contype="0" conaffinity="0"/>
+        <site name="d" pos="0.02 0 -0.05"/><site name="e" pos="-0.02 0 -0.05"/></body></body></body>
+  </worldbody>
+  <tendon><spatial name="front"{tendon}><site site="a"/><geom geom="roll" sidesite="side"/><site site="c"/>
+      <geom geom="ball"/><site site="d"/></spatial>
+    <spatial name="back"><site site="b"/><geom geom="ball"/><site site="e"/></spatial>
+    <spatial name="straight"><site site="b"/><site site="c"/></spatial></tendon>
+  <actuator><muscle name="front" tendon="front" lengthrange="0.2 0.5" force="300" gear="2"/>
+    <muscle name="back" tendon="back" lengthrange="0.2 0.5" force="300"/>
+    <muscle name="straight" tendon="straight" lengthrange="0.1 0.3" force="100"/>
+    <muscle name="joint" joint="knee" lengthrange="-2 0.2" force="5"/></actuator></mujoco>"""
+
+
+def opened(file: Path) -> World:
+    backend = worlds().load("pybullet")
+    return backend.open(read_scene(file), seed=1, options=backend.options())
+
+
+@pytest.mark.parametrize("root", ["", "<freejoint/>"])
+def test_a_leg_whose_muscles_wrap_moves_as_in_mujoco_alone(root: str, tmp_path: Path) -> None:
+    file = tmp_path / "leg.xml"
+    file.write_text(LEG.format(root=root, tendon=""))
+    model = mujoco.MjModel.from_xml_path(str(file))
+    data = mujoco.MjData(model)
+    moved = 0.0
+    with opened(file) as world:
+        command = world.advertise("/base/muscles/cmd")
+        for k, row in enumerate(np.random.default_rng(3).uniform(0.0, 1.0, (50, 4))):
+            data.ctrl[:] = row
+            mujoco.mj_step(model, data, 5)
+            command.publish(Float64MultiArray(data=row))
+            world.run_until((k + 1) * 10_000_000)
+            mujoco.mj_forward(model, data)
+            joints = world.joint_states("base")
+            moved = max(moved, np.abs(joints.positions).max())
+            np.testing.assert_allclose(joints.positions, data.qpos[-2:] - model.qpos0[-2:], atol=1e-9)
+            state = world.subscribe("/base/muscles/state").latest.message
+            gears = model.actuator_gear[:, 0]
+            np.testing.assert_allclose(state.length, data.actuator_length / gears, atol=1e-9)
+            np.testing.assert_allclose(state.force, -data.actuator_force * gears, rtol=1e-6)
+    assert moved > 0.05
+
+
+@pytest.mark.parametrize("tendon", [' limited="true" range="0.1 0.5"', ' stiffness="10"'])
+def test_a_tendon_with_forces_of_its_own_is_refused(tendon: str, tmp_path: Path, golden: Golden) -> None:
+    file = tmp_path / "leg.xml"
+    file.write_text(LEG.format(root="", tendon=tendon))
+    with golden.raises(CapabilityError, match="'front' of 'base'"):
+        opened(file)
