@@ -6,22 +6,30 @@ run itself whether it steps together with others or alone.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator
+import logging
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, closing
 from dataclasses import dataclass
+from math import ceil
 from typing import Final, Generic, TypeAlias, TypeVar
 
 from nrp_core.clock import from_seconds
-from nrp_core.experiment import Participant, Run
+from nrp_core.errors import NrpError
+from nrp_core.experiment import Experiment, Participant, Run, prepare
 from nrp_core.utilities import work
 from nrp_lab.side_by_side import SideBySide
 
 R = TypeVar("R")
+T = TypeVar("T")
+_logger = logging.getLogger(__name__)
 
 COPIES: Final = 32
 """The largest number of runs that are open at once; more gain nothing."""
 CELLS: Final = 50_000
 """The number of cells in all open runs from which on no other one is opened, for the sake of memory."""
+_LARGEST_SHARE: Final = 2 * COPIES
+"""The largest number of tasks that a process gets at once; finished runs are kept when all of them are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,23 +85,64 @@ def why_alone(run: Run) -> str:
     return ""
 
 
+def may_step_together(load: Callable[[], Experiment]) -> bool:
+    """Return whether the run of an experiment steps together with others; False if it cannot be opened."""
+    try:
+        experiment = load()
+        if not all(function.vectorized for function in prepare(experiment).functions):
+            return False  # most experiments; without engines
+        with Run(experiment) as run:
+            return not why_alone(run)
+    except NrpError:
+        return False
+
+
+def shares(tasks: Sequence[T], processes: int) -> Iterator[tuple[T, ...]]:
+    """Divide tasks that step together among processes."""
+    rounds = ceil(len(tasks) / (processes * _LARGEST_SHARE))
+    size = ceil(len(tasks) / (processes * rounds)) if tasks else 1
+    return (tuple(tasks[first : first + size]) for first in range(0, len(tasks), size))
+
+
+class Queue(deque[T]):
+    """An iterator over its items, to which others may be added even after it was exhausted."""
+
+    def __iter__(self) -> Iterator[T]:
+        return self
+
+    def __next__(self) -> T:
+        if not self:
+            raise StopIteration
+        return self.popleft()
+
+
 def perform_alone(attempt: Attempt[R]) -> R:
     """Take one run to its end, and return the result of its attempt."""
-    try:
-        opened = next(attempt)
-    except StopIteration as done:
-        return done.value  # type: ignore[no-any-return]
-    return _run(attempt, opened)
+    return next(perform_side_by_side(iter((attempt,)), is_alone=True))
+
+
+def log_reason(reason: str) -> None:
+    """Log why runs do not step together, each reason once."""
+    if reason and reason not in _LOGGED:
+        _LOGGED.add(reason)
+        _logger.info("one run after another: %s", reason)
+
+
+_LOGGED: set[str] = set()
 
 
 def perform_side_by_side(
-    attempts: Iterator[Attempt[R]], on_reason: Callable[[str], None] = lambda _: None
+    attempts: Iterator[Attempt[R]],
+    on_reason: Callable[[str], None] = log_reason,
+    *,
+    is_alone: bool = False,
 ) -> Iterator[R]:
     """Take runs to their ends, together where that is possible; yield their results as they end.
 
     Args:
         attempts: are taken from the iterator when there is room for another run.
         on_reason: called with the reason why a run steps alone, or with an empty string, for each run.
+        is_alone: whether each steps alone.
     """
     with closing(_Group[R]()) as group:
         has_more = True
@@ -107,8 +156,9 @@ def perform_side_by_side(
                 except StopIteration as done:
                     yield done.value
                     continue
-                on_reason(reason := why_alone(opened.run))
-                if reason or opened.steps < 1:
+                if not is_alone:
+                    on_reason(reason := why_alone(opened.run))
+                if is_alone or reason or opened.steps < 1:
                     yield _run(attempt, opened)
                 else:
                     group.add(attempt, opened)

@@ -1,5 +1,6 @@
 """Runs of a sweep that step together are, bit for bit, those that were made one after another."""
 
+import ast
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -7,13 +8,13 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from nrp_lab.copies import COPIES, Attempt, Opened, perform_side_by_side, why_alone
+from nrp_lab.copies import COPIES, Attempt, Opened, may_step_together, perform_side_by_side, why_alone
 from nrp_lab.sweep.executor import ATTEMPTS, executor
-from nrp_lab.sweep.measuring import may_step_together, perform, perform_share
+from nrp_lab.sweep.measuring import perform, perform_share
 from nrp_lab.sweep.record import Record, Task
 
 from nrp_core.clock import seconds
-from nrp_core.experiment import Run, load_experiment
+from nrp_core.experiment import Run, load_experiment, shipped
 from nrp_core.utilities import work
 
 MEASURES = ("criteria", "time_to_event", "criterion_distance")
@@ -127,19 +128,25 @@ def test_a_run_that_kills_its_process_is_the_only_one_of_its_share_that_fails(tm
 def test_only_runs_that_step_together_are_given_to_a_process_as_a_share(
     overrides: tuple[str, ...], expected: bool
 ) -> None:
-    assert may_step_together(task(0, "slalom_pioneer", 1, 5, overrides)) is expected
+    assert may_step_together(lambda: load_experiment("slalom_pioneer", overrides)) is expected
 
 
-@pytest.mark.parametrize(
-    ("name", "expected"),
-    [
-        ("slalom_pioneer", ""),
-        ("braitenberg_husky", "Python functions: 2 calls per copy (linear_twist, eye_sensor_transmit)"),
-    ],
-)
-def test_why_a_run_steps_alone_is_one_line(name: str, expected: str) -> None:
-    with Run(load_experiment(name)) as run:
-        reason = why_alone(run)
+@pytest.mark.one_of(9)
+@pytest.mark.parametrize("name", shipped())
+def test_why_a_shipped_experiment_steps_alone_is_one_line_about_its_files(name: str) -> None:
+    experiment = load_experiment(name)
+    with Run(experiment) as run:
+        reason, names = why_alone(run), [function.name for function in run.loop.functions]
+    files = [path.read_bytes() for path in experiment.transfer_functions if path.suffix == ".py"]
+    marked = {
+        function.name
+        for file in files
+        for function in ast.walk(ast.parse(file))
+        if isinstance(function, ast.FunctionDef)
+        and any("vectorized=True" in ast.unparse(decorator) for decorator in function.decorator_list)
+    }
+    called = [one for one in names if one not in marked]
+    expected = f"Python functions: {len(called)} calls per copy ({', '.join(called)})" if called else ""
     assert reason == expected
 
 

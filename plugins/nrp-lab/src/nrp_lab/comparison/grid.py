@@ -7,14 +7,14 @@ import json
 import logging
 import re
 import shutil
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from itertools import product
 from math import gcd
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from pydantic import BaseModel
@@ -36,6 +36,16 @@ from nrp_core.registry import Registry
 from nrp_core.utilities import WorkerDiedError, WorkerPool, join_with_limit
 from nrp_lab.comparison.decoder import Decoder, with_decoder
 from nrp_lab.comparison.signals import RunSignals
+from nrp_lab.copies import (
+    Attempt,
+    Opened,
+    Queue,
+    may_step_together,
+    perform_alone,
+    perform_side_by_side,
+    shares,
+    why_alone,
+)
 
 _logger = logging.getLogger(__name__)
 
@@ -410,12 +420,25 @@ def record(
     Raises:
         NrpError: the experiment cannot be opened, or the recording cannot be written.
     """
+    perform_alone(_attempt(grid, cell, folder, images, revise))
+
+
+def _attempt(
+    grid: RunGrid, cell: GridCell, folder: Path, images: Images, revise: Callable[[Plan], Plan] | None,
+    *, is_shared: bool = False,
+) -> Attempt[None]:  # fmt: skip
+    """Open a run and record it to its end, as :func:`record`; others may step meanwhile if it is shared.
+
+    One call of a function for all copies fails for all, so a shared run with a failure is repeated alone.
+    """
     shutil.rmtree(folder, ignore_errors=True)
-    with FilesRead() as files, grid.open(cell, revise) as run:
-        recording_folder = RecordingFolder(run, folder, images=images, files=files, snapshots_ns=None)
-        state = "interrupted"
+    files, state, is_repeated = FilesRead(), "interrupted", False
+    with ExitStack() as stack:
+        with files:
+            run = stack.enter_context(grid.open(cell, revise))
+            recording_folder = RecordingFolder(run, folder, images=images, files=files, snapshots_ns=None)
         try:
-            run.run()
+            yield Opened(run, None, files)
             state = "finished"
         except (
             RecordingError
@@ -424,35 +447,64 @@ def record(
         except SimulationError:
             state = "failed"
         finally:
-            recording_folder.close(state)
+            with files:
+                recording_folder.close(state)
+        is_repeated = is_shared and bool(run.loop.failures) and not why_alone(run)
+    if is_repeated:
+        record(grid, cell, folder, images=images, revise=revise)
 
 
-def _run_all(
-    grid: RunGrid, folders: dict[GridCell, Path], workers: int
-) -> Iterator[tuple[GridCell, BaseException | None]]:
+CellTask: TypeAlias = tuple[RunGrid, GridCell, Path]
+"""A run, and the folder of its recording."""
+Ended: TypeAlias = tuple[GridCell, NrpError | None]
+"""A run that has ended, and the error that prevented it."""
+
+
+def _run_all(grid: RunGrid, folders: dict[GridCell, Path], workers: int) -> Iterator[Ended]:
     """Run cells and yield each when it is done, with the error that prevented it, if any."""
     workers = min(workers, len(folders))
+    tasks = [(grid, cell, folder) for cell, folder in folders.items()]
     if workers < 2:
-        for cell, folder in folders.items():
-            try:
-                _record((grid, cell, folder))
-            except NrpError as error:
-                yield cell, error
-            else:
-                yield cell, None
+        yield from _record_share(tasks)
         return
+    queue = Queue(_shares(grid, tasks, workers))
     with WorkerPool(workers) as pool:
-        for outcome in pool.perform(_record, ((grid, cell, folder) for cell, folder in folders.items())):
-            _, cell, _ = outcome.task
-            if isinstance(outcome.error, WorkerDiedError):
-                message = f"a process was killed, or an engine crashed in it, at {cell} ({outcome.error})"
-                raise SimulationError(f"{message}; the finished runs are kept", t_ns=0) from outcome.error
-            yield cell, outcome.error
+        for outcome in pool.perform(_record_list, queue):
+            share, error = outcome.task, outcome.error
+            if isinstance(error, WorkerDiedError) and len(share) > 1:  # one of them is the cause
+                queue.extend((task,) for task in share)
+            elif isinstance(error, WorkerDiedError):
+                message = f"a process was killed, or an engine crashed in it, at {share[0][1]} ({error})"
+                raise SimulationError(f"{message}; the finished runs are kept", t_ns=0) from error
+            elif error is not None:
+                raise error
+            else:
+                yield from outcome.value or ()
 
 
-def _record(task: tuple[RunGrid, GridCell, Path]) -> None:
+def _shares(grid: RunGrid, tasks: list[CellTask], workers: int) -> Iterator[tuple[CellTask, ...]]:
+    """Return what a process records side by side; one at a time if the first one steps alone."""
+    is_one_pair = len(grid.brains) * len(grid.worlds) == 1
+    if is_one_pair and may_step_together(partial(grid.load, tasks[0][1])):
+        return shares(tasks, workers)
+    return ((task,) for task in tasks)
+
+
+def _record_share(tasks: Iterable[CellTask]) -> Iterator[Ended]:
+    return perform_side_by_side(map(_attempt_cell, tasks))
+
+
+def _record_list(tasks: Sequence[CellTask]) -> list[Ended]:
+    return list(_record_share(tasks))
+
+
+def _attempt_cell(task: CellTask) -> Attempt[Ended]:
     grid, cell, folder = task
-    record(grid, cell, folder, revise=grid.revise(cell))
+    try:
+        yield from _attempt(grid, cell, folder, Images.HASH, grid.revise(cell), is_shared=True)
+    except NrpError as error:
+        return cell, error
+    return cell, None
 
 
 def is_reusable(folder: Path, file: Path | None) -> bool:

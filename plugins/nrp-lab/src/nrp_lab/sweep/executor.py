@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
-from math import ceil
+from functools import partial
 from pathlib import Path
 
 from nrp_core.errors import BackendLoadError, ExperimentError, did_you_mean
+from nrp_core.experiment import load_experiment
 from nrp_core.registry import Registry
 from nrp_core.utilities import WorkerDiedError, WorkerPool, cores
-from nrp_lab.copies import COPIES
-from nrp_lab.sweep.measuring import RUN_CACHE, may_step_together, perform_list, perform_share
+from nrp_lab.copies import Queue, may_step_together, shares
+from nrp_lab.sweep.measuring import RUN_CACHE, perform_list, perform_share
 from nrp_lab.sweep.record import Record, Task
 
 ATTEMPTS = 5
@@ -124,10 +124,6 @@ _STARTS = 20
 """Number of times in a row that each process may die as it starts."""
 
 
-_LARGEST_SHARE = 2 * COPIES
-"""The largest number of tasks that a process gets at once; finished runs are kept when all of them are."""
-
-
 class LocalExecutor(Executor):
     """As many processes as processors or as requested; if it is one, runs are performed in this process.
 
@@ -147,7 +143,7 @@ class LocalExecutor(Executor):
             return
         if self._pool is None:
             self._pool = WorkerPool(self.size)
-        queue, deaths = _Queue(_shares(tasks, self.size)), Deaths(_STARTS * self.size)
+        queue, deaths = Queue(self._shares(tasks)), Deaths(_STARTS * self.size)
         for outcome in self._pool.perform(perform_list, queue):
             share, error = outcome.task, outcome.error
             if isinstance(error, WorkerDiedError) and not error.has_begun:
@@ -169,6 +165,13 @@ class LocalExecutor(Executor):
                 deaths.workers_live()
                 yield from outcome.value
 
+    def _shares(self, tasks: Sequence[Task]) -> Iterator[tuple[Task, ...]]:
+        """Return what a process performs side by side; one at a time if the first task steps alone."""
+        if not tasks:
+            return iter(())
+        first = partial(load_experiment, tasks[0].experiment, tasks[0].overrides)
+        return shares(tasks, self.size) if may_step_together(first) else ((task,) for task in tasks)
+
     def pids(self) -> list[int]:
         """Return the operating system's numbers of the processes."""
         return [] if self._pool is None else self._pool.pids()
@@ -177,24 +180,3 @@ class LocalExecutor(Executor):
         RUN_CACHE.close()
         if self._pool is not None:
             self._pool.__exit__()
-
-
-def _shares(tasks: Sequence[Task], processes: int) -> Iterator[tuple[Task, ...]]:
-    """Return the tasks that a process performs side by side; one at a time if the first one steps alone."""
-    size = 1
-    if tasks and may_step_together(tasks[0]):
-        rounds = ceil(len(tasks) / (processes * _LARGEST_SHARE))
-        size = ceil(len(tasks) / (processes * rounds))
-    return (tuple(tasks[first : first + size]) for first in range(0, len(tasks), size))
-
-
-class _Queue(deque[tuple[Task, ...]]):
-    """An iterator over shares, to which others may be added even after it was exhausted."""
-
-    def __iter__(self) -> Iterator[tuple[Task, ...]]:
-        return self
-
-    def __next__(self) -> tuple[Task, ...]:
-        if not self:
-            raise StopIteration
-        return self.popleft()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -20,7 +19,7 @@ from nrp_core.errors import (
     SimulationError,
     did_you_mean,
 )
-from nrp_core.experiment import Result, Run, load_experiment, prepare
+from nrp_core.experiment import Result, Run, load_experiment
 from nrp_core.recording import FilesRead, Images, Recording, RecordingFolder, dependencies
 from nrp_core.utilities import fingerprint, to_jsonable, work
 from nrp_lab.comparison.metric import METRICS, ScalarMetric
@@ -29,7 +28,6 @@ from nrp_lab.copies import Attempt, Opened, perform_alone, perform_side_by_side,
 from nrp_lab.sweep.record import Record, Task
 
 _SEED = "seed="
-_logger = logging.getLogger(__name__)
 
 
 class RunCache:
@@ -106,34 +104,12 @@ def perform_share(tasks: Iterable[Task]) -> Iterator[Record]:
     Raises:
         BackendLoadError: as :func:`perform`.
     """
-    return perform_side_by_side((_attempt(task, is_shared=True) for task in tasks), _report)
+    return perform_side_by_side(_attempt(task, is_shared=True) for task in tasks)
 
 
 def perform_list(tasks: Sequence[Task]) -> list[Record]:
     """Perform runs as :func:`perform_share`, and return all records at once, from another process."""
     return list(perform_share(tasks))
-
-
-def may_step_together(task: Task) -> bool:
-    """Return whether the run of a task steps together with others; False if it cannot be opened."""
-    try:
-        experiment = load_experiment(task.experiment, task.overrides)
-        if not all(function.vectorized for function in prepare(experiment).functions):
-            return False  # most experiments; without engines
-        with Run(experiment) as run:
-            return not why_alone(run)
-    except NrpError:
-        return False
-
-
-def _report(reason: str) -> None:
-    """Log why runs do not step together, each reason once."""
-    if reason and reason not in _REPORTED:
-        _REPORTED.add(reason)
-        _logger.info("one run after another: %s", reason)
-
-
-_REPORTED: set[str] = set()
 
 
 def _attempt(task: Task, *, is_shared: bool = False) -> Attempt[Record]:
