@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from math import atan, tan
@@ -17,7 +17,7 @@ from nrp_core.findings import Code
 from nrp_core.messages.base import resolve_name
 from nrp_core.messages.point_cloud2 import create_cloud
 from nrp_core.messages.sensor_msgs import CameraInfo, Image, PointCloud2
-from nrp_core.messages.std_msgs import Header
+from nrp_core.messages.std_msgs import Bool, Header
 from nrp_core.scene.devices import ANY_CAMERA, LATER, View, set_fields
 from nrp_core.scene.model import Model
 from nrp_core.scene.reading.context import Element, Reading
@@ -28,6 +28,7 @@ from nrp_core.world.engine import Engine
 from nrp_core.world.render.cameras import DepthArray, ImageArray, SegmentArray, Sight
 from nrp_core.world.render.seen_image import SeenImage
 from nrp_core.world.sensors.sensor import Sensor, SensorPart
+from nrp_core.world.topics import Direction, Stamped, TopicInfo
 
 POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("rgb", "<f4")])
 """A point in the frame of the images, and its colour, whose bytes are those of the number 0xRRGGBB."""
@@ -89,6 +90,7 @@ class Camera(Sensor):
         projection: x and y of the focal lengths, the centre and the translation in ``P``, pixels, if they
             replace those of the lens.
         mask: bits; it sees the visuals whose flags share one.
+        trigger_topic: absolute topic whose messages cause an image each; empty for one that needs none.
     """
 
     tag: ClassVar[str] = "camera"
@@ -108,6 +110,7 @@ class Camera(Sensor):
     baseline: float = field(default=0.0, metadata=LATER)
     projection: tuple[float, ...] = field(default=(), kw_only=True, metadata=LATER)
     mask: int = field(default=ANY_CAMERA, kw_only=True, metadata=LATER)
+    trigger_topic: str = field(default="", kw_only=True, metadata=LATER)
 
     __setstate__ = set_fields
 
@@ -159,10 +162,12 @@ class Camera(Sensor):
             noise=noise_of(camera, reading),
             projection=_projection(camera.section("lens"), fov, (width, height)),
             mask=bit_mask(camera, "visibility_mask", ANY_CAMERA),
+            trigger_topic=_trigger(sensor, topics.image, reading),
         )
 
     def part(self, model: Model, link: str, engine: Engine) -> CameraPart:
-        return CameraPart(self, model.name, link, engine)
+        kind = TriggeredCameraPart if self.trigger_topic else CameraPart
+        return kind(self, model.name, link, engine)
 
 
 class CameraPart(SensorPart):
@@ -222,6 +227,46 @@ class CameraPart(SensorPart):
 
     def _optics(self, header: Header) -> CameraInfo:
         return info_of(self._camera, header, self._engine.image_size(*self._path))
+
+
+class TriggeredCameraPart(CameraPart):
+    """Publishes what a camera sees one physics step after each message that is true."""
+
+    def __init__(self, camera: Camera, model: str, link: str, engine: Engine) -> None:
+        super().__init__(camera, model, link, engine)
+        self.pushed_topics = frozenset(topic.name for topic in self.topics)
+        self._subscribed = frozenset[str]()
+        self.deadline_ns: int | None = None
+        what = f"takes an image with {camera.name}"
+        self.topics = (*self.topics, TopicInfo(camera.trigger_topic, Bool, Direction.IN, what=what))
+
+    def on_subscriptions_changed(self, subscribed: frozenset[str]) -> None:
+        self._subscribed = self.pushed_topics & subscribed
+
+    def write(self, topic: str, message: Any, now_ns: int) -> None:
+        if message.data and self.deadline_ns is None:
+            self.deadline_ns = now_ns + self._engine.step_ns
+
+    def poll(self) -> Iterator[tuple[str, Stamped]]:
+        now_ns = self._engine.now_ns
+        if self.deadline_ns is not None and now_ns >= self.deadline_ns:
+            self.deadline_ns = None
+            for topic in sorted(self._subscribed):
+                yield topic, Stamped(now_ns, self.read(topic, now_ns))
+
+    def at_deadline(self, now_ns: int) -> None:
+        """Stop the engine at the time of an image, which :meth:`poll` takes."""
+
+    def reset(self) -> None:
+        super().reset()
+        self.deadline_ns = None
+
+    def save(self) -> object:
+        return super().save(), self.deadline_ns
+
+    def restore(self, saved: Any) -> None:
+        biases, self.deadline_ns = saved
+        super().restore(biases)
 
 
 def _field_of(camera: Element, width: int, height: int, reading: Reading) -> float:
@@ -307,6 +352,14 @@ class _Topics(NamedTuple):
     depth: str | None
     info: str | None
     points: str | None
+
+
+def _trigger(sensor: Element, image: str, reading: Reading) -> str:
+    """Return the topic that triggers a camera; empty for one that takes images by itself."""
+    camera = sensor.section("camera")
+    if sensor.attribute("type") not in ("camera", *_DEPTH) or not camera.flag("triggered", False):
+        return ""
+    return resolve_name(camera.word("trigger_topic") or f"{image}/trigger", reading.robot)
 
 
 def _topics(sensor: Element, mount: Mount, reading: Reading) -> _Topics:
