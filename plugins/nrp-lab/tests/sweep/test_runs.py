@@ -20,6 +20,7 @@ from nrp_lab.sweep.executor import LocalExecutor, executor
 from nrp_lab.sweep.measuring import RunCache, perform
 from nrp_lab.sweep.model import read_sweep
 from nrp_lab.sweep.plan import Plan
+from nrp_lab.sweep.record import Record
 from nrp_lab.sweep.running import Progress, SweepRun, sweep
 from nrp_lab.sweep.slurm import JOBS, emit
 from nrp_lab.sweep.table import VARYING, Row
@@ -132,6 +133,15 @@ def swept(plan: Plan, folder: Path, on: str, workers: int | None = None) -> list
 
 def digests(rows: list[Row]) -> list[str]:
     return [row["trajectory_digest"] for row in rows]
+
+
+def test_the_expected_time_counts_long_runs_and_full_rounds(plan: Plan, tmp_path: Path) -> None:
+    made, where = SweepRun(plan, tmp_path / "swept"), LocalExecutor()
+    where.workers = 4
+    assert made.expected_s(where) is None
+    times_s = (1.0, 1.0, 2.0, 8.0, 60.0)  # the longest compiled code, perhaps
+    made.records = {f"{i}": Record(f"{i}", i, elapsed_s=one) for i, one in enumerate(times_s)}
+    assert made.expected_s(where) == pytest.approx(3.0 * 2)  # 6 runs on 4 processes
 
 
 @pytest.mark.heavy

@@ -7,7 +7,9 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from math import ceil
 from pathlib import Path
+from statistics import fmean
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
@@ -140,11 +142,11 @@ class SweepRun:
 
     def expected_s(self, executor: Executor) -> float | None:
         """Return the expected time of the pending runs, s, from the finished ones, or None."""
-        known = [record.elapsed_s for record in self.records.values() if record.elapsed_s]
+        known = sorted(record.elapsed_s for record in self.records.values() if record.elapsed_s)
         if not known:
             return None
-        pending = len(self.pending)
-        return sorted(known)[len(known) // 2] * pending / max(min(executor.size, pending), 1)
+        ordinary = known[:-1] or known  # one of them may have compiled code
+        return fmean(ordinary) * ceil(len(self.pending) / executor.size)
 
     def run(
         self,
