@@ -40,17 +40,17 @@ REMARKS: Final = _defaults(
     # how Gazebo's engines solve contacts and joints
     "kp=1e12 kd=1 max_vel=0.01 min_depth soft_cfm soft_erp=0.2 split_impulse=1 "
     "split_impulse_penetration_threshold=-0.01 poissons_ratio=0.3 elastic_modulus=-1 threshold=100000|1e6 "
-    "collide_without_contact_bitmask=1 fdir1=0,0,0 friction2=1 rolling_friction=1 ode/slip max_contacts=20 "
+    "collide_without_contact_bitmask=1 fdir1=0,0,0 friction2=1 rolling_friction=1 ode/slip "
     "cfm_damping implicit_spring_damper fudge_factor cfm erp=0.2 bounce max_force ode/velocity "
     "provide_feedback must_be_loop_joint limit/stiffness=1e8 limit/dissipation=1 must_be_base_link "
     "gearbox_ratio=1 use_parent_model_frame minDepth maxVel=0.01 fudgeFactor stopCfm stopErp=0.2 "
     "cfmDamping implicitSpringDamper provideFeedback maxContacts=20 "
     # what Gazebo shows, saves and measures of itself
-    "visualize always_on enable_metrics laser_retro laserRetro cast_shadows=1 visibility_flags=4294967295 "
-    "anti_aliasing=4 save/path=- frame_id=- range/resolution allow_auto_disable=1 render_order lighting=1 "
+    "visualize always_on enable_metrics laser_retro laserRetro visibility_flags=4294967295 "
+    "anti_aliasing=4 save/path=- frame_id=- range/resolution render_order lighting=1 "
     "double_sided shader=- battery=! namespace=-"
 )
-"""Elements of SDF that are for Gazebo's solvers and windows, with their defaults: one note for a file."""
+"""Elements of SDF that are for Gazebo's solvers and windows, with their defaults: one note."""
 NOT_SIMULATED: Final = _defaults(
     "self_collide enable_wind kinematic falloff=1 slip1 slip2 wind/linear_velocity=0,0,0 coefficient=1 "
     "surface_radius bone_attachment=100 dart/stiffness=100 dart/damping=10 "
@@ -65,6 +65,7 @@ NOT_SIMULATED: Final = _defaults(
 _SILENT: Final = frozenset(
     {"world/audio", "world/gui", "world/scene", "visual/meta", "light/specular", "heightmap/texture",
      "heightmap/blend", "heightmap/use_terrain_paging", "heightmap/sampling", "link/audio_sink", "sdf/state",
+     "visual/cast_shadows", "collision/max_contacts", "model/allow_auto_disable",
      "model/disableFixedJointLumping", "joint/disableFixedJointLumping", "joint/preserveFixedJoint"}
 )  # fmt: skip
 """Elements for Gazebo's programs and images that nearly all rooms have and that do not affect robots."""
