@@ -3,7 +3,9 @@
 import json
 import os
 import re
+import subprocess
 import tomllib
+import venv
 from pathlib import Path
 
 import pytest
@@ -14,8 +16,8 @@ EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["option
 FILES = {
     name: (ROOT / name).read_text()
     for name in (
-        "packaging/Containerfile", "packaging/environment.yml", "binder/postBuild", "scripts/artifacts",
-        ".devcontainer/devcontainer.json", ".github/workflows/release.yml", ".gitlab-ci.yml",
+        "packaging/Containerfile", "scripts/container", "packaging/environment.yml", "binder/postBuild",
+        "scripts/artifacts", ".devcontainer/devcontainer.json", ".github/workflows/release.yml", ".gitlab-ci.yml",
     )
 }  # fmt: skip
 
@@ -35,3 +37,14 @@ def test_its_syntax_is_valid() -> None:
     assert read[".gitlab-ci.yml"]["release"]["script"] == ["scripts/artifacts"]
     steps = read[".github/workflows/release.yml"]["jobs"]["release"]["steps"]
     assert {"run": "scripts/artifacts"} in steps
+
+
+@pytest.mark.heavy
+def test_what_binder_and_colab_run_prepares_the_notebooks(tmp_path: Path) -> None:
+    venv.create(tmp_path, with_pip=True)
+    python = tmp_path / "bin" / "python"
+    subprocess.run(
+        ["bash", ROOT / "binder/postBuild"], env={**os.environ, "NRP_PYTHON": str(python)}, check=True
+    )
+    imports = "import elephant, matplotlib, nrp_core, nrp_lab, pandas"
+    subprocess.run([python, "-P", "-c", imports], cwd=tmp_path, check=True)
