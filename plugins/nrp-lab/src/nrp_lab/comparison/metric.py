@@ -176,6 +176,10 @@ class ScalarMetric(Metric):
     def values(self, run: RunSignals) -> Mapping[str, float | None]:
         """Return the value of every part; None for a part without a value in this run."""
 
+    def units(self, run: RunSignals) -> Mapping[str, str]:
+        """Return the units of parts whose unit is not that of the metric."""
+        return {}
+
 
 class DistanceMetric(Metric):
     """A distance between two runs, for each part."""

@@ -139,6 +139,10 @@ class ObservableValues(ScalarMetric):
             for how, reduce in _REDUCTIONS.items()
         }
 
+    def units(self, run: RunSignals) -> Mapping[str, str]:
+        found = observable_series(run).items()
+        return {f"{name}.{how}": one.unit for name, one in found if one.unit for how in _REDUCTIONS}
+
 
 def observables_of(runs: Iterable[RunSignals]) -> list[Metric]:
     """Return a metric for each observable that some of the runs recorded."""

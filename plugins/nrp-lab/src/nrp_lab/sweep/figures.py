@@ -16,8 +16,7 @@ from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.recording.figures import check_target, save
 from nrp_core.recording.figures.style import DPI, FAINT, colour, style
 from nrp_lab.sweep.plan import Plan
-from nrp_lab.sweep.report import unit_of
-from nrp_lab.sweep.table import Group, SweepTable, short_key
+from nrp_lab.sweep.table import Group, SweepTable, short_key, unit_of
 
 _SIZE = (7.2, 4.6)
 _MAX_LINES = 7  # distinguishable colours

@@ -176,7 +176,10 @@ def _attempt_run(task: Task, files: FilesRead, *, is_shared: bool) -> Attempt[Re
             result = run.result()
             described = {"seed": result.seed, "settings": run.experiment, "result": result.to_dict()}
             signals = RunSignals(to_jsonable(described) if folder is None else Recording(folder))
-            record = _record(task, result, _measured(metrics, signals, result))
+            units = {
+                f"{one.name}.{part}": unit for one in metrics for part, unit in one.units(signals).items()
+            }
+            record = _record(task, result, _measured(metrics, signals, result), units)
         read = dependencies(files, run.experiment, run.world.scene, folder)
         record = replace(record, drawn=_drawn(run), elapsed_s=-others_s).depending_on(read)
         if keep:
@@ -239,7 +242,7 @@ def _measured(metrics: list[ScalarMetric], signals: RunSignals, result: Result) 
     return to_jsonable(measured)  # type: ignore[no-any-return]  # NaN is null
 
 
-def _record(task: Task, result: Result, measured: Mapping[str, Any]) -> Record:
+def _record(task: Task, result: Result, measured: Mapping[str, Any], units: Mapping[str, str]) -> Record:
     return Record(
         task.id,
         task.index,
@@ -251,6 +254,7 @@ def _record(task: Task, result: Result, measured: Mapping[str, Any]) -> Record:
         passed=result.passed,
         problems=tuple(dict.fromkeys(problem.code.name for problem in result.problems)),
         measured=measured,
+        units=units,
         sim_time_s=result.sim_time_s,
         wall_time_s=result.wall_time_s,
         trajectory_digest=result.trajectory_digest,

@@ -77,6 +77,7 @@ class Record:
         complete, passed: as of :class:`~nrp_core.experiment.running.result.Result`.
         problems: codes of its findings, the most severe first.
         measured: values by ``metric.part``; None: the part has no value in this run.
+        units: units of measured values that have another unit than their metric, by ``metric.part``.
         drawn: what ``world.randomize`` drew for its seed, by ``world.randomize.QUANTITY.PART``.
         sim_time_s: simulated time at its end.
         wall_time_s: real time of the steps.
@@ -98,6 +99,7 @@ class Record:
     passed: bool | None = None
     problems: tuple[str, ...] = ()
     measured: Mapping[str, float | None] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
     drawn: Mapping[str, float] = field(default_factory=dict)
     sim_time_s: float = 0.0
     wall_time_s: float = 0.0

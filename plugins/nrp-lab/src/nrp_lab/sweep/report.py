@@ -14,11 +14,11 @@ from nrp_lab.comparison import report as comparison_report
 from nrp_lab.comparison.grid import ORIGINAL, GridCell, RunGrid
 from nrp_lab.comparison.judgement import Judgement, Relation, controls_of, corrected
 from nrp_lab.comparison.measuring import parts_of_numbers
-from nrp_lab.comparison.metric import METRICS, Margins, ScalarMetric
+from nrp_lab.comparison.metric import Margins, ScalarMetric
 from nrp_lab.comparison.signals import RunSignals
 from nrp_lab.sweep.measuring import scalar_metric
 from nrp_lab.sweep.model import SEED
-from nrp_lab.sweep.table import CONTROLS, Group, Row, SweepTable, short_key
+from nrp_lab.sweep.table import CONTROLS, Group, Row, SweepTable, short_key, unit_of
 
 
 def controls(table: SweepTable) -> dict[str, Relation]:
@@ -67,12 +67,6 @@ def _values(row: Row, metric: ScalarMetric) -> Mapping[str, float | None]:
     """Return the values of a metric by part, as it returned them in the worker."""
     prefix = f"{metric.name}."
     return {name.removeprefix(prefix): row[name] for name in row if name.startswith(prefix)}
-
-
-def unit_of(measure: str) -> str:
-    """Return the unit of a measure's metric; empty for a count or a ratio."""
-    metric = measure.partition(".")[0]
-    return METRICS.load(metric).unit if metric in METRICS.names() else ""
 
 
 _MAX_ROWS = 40

@@ -22,7 +22,7 @@ from nrp_lab.sweep.executor import Executor, executor
 from nrp_lab.sweep.model import read_sweep, sweep_of
 from nrp_lab.sweep.plan import Plan, PlannedRun
 from nrp_lab.sweep.record import JOURNAL, Journal, Task, changes_since, read_records
-from nrp_lab.sweep.table import RECORDINGS, Row, claim, data_frame, rows_of, write_tables
+from nrp_lab.sweep.table import RECORDINGS, Row, claim, data_frame, rows_of, units_of, write_tables
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -107,7 +107,7 @@ class SweepRun:
         with this machine, so runs of other machines cannot be checked.
         """
         self._read()
-        write_tables(self.folder, self.rows)
+        write_tables(self.folder, self.rows, self.units)
 
     def _read(self) -> None:
         changes = changes_since(self.folder)
@@ -139,6 +139,11 @@ class SweepRun:
     def rows(self) -> list[Row]:
         """The rows of all finished runs, also of those not selected this time."""
         return rows_of(self.plan.runs, self.records)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The units of the measured columns."""
+        return units_of(self.records.values())
 
     def expected_s(self, executor: Executor) -> float | None:
         """Return the expected time of the pending runs, s, from the finished ones, or None."""
@@ -177,7 +182,7 @@ class SweepRun:
                     progress.failed += record.failed
                     on_progress(progress)
         finally:
-            write_tables(self.folder, self.rows)
+            write_tables(self.folder, self.rows, self.units)
 
     def _failed(self) -> int:
         return sum(self.records[run.task.id].failed for run in self._chosen if self._is_done(run))
@@ -306,4 +311,4 @@ def sweep(
             made.discount_changed()
             if made.news:
                 warnings.warn(made.news, stacklevel=4)
-        return data_frame(made.rows)
+        return data_frame(made.rows, made.units)

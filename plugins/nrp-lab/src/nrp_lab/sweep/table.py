@@ -16,6 +16,7 @@ import numpy as np
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.utilities import replace_file, require_extra, writing
 from nrp_lab.comparison.grid import ORIGINAL
+from nrp_lab.comparison.metric import METRICS
 from nrp_lab.sweep.model import SEED, Value
 from nrp_lab.sweep.plan import Plan, PlannedRun
 from nrp_lab.sweep.record import Record
@@ -88,7 +89,7 @@ def _require_same(there: dict[str, Any], plan: Plan, folder: Path) -> None:
         )
 
 
-CSV, PARQUET = "results.csv", "results.parquet"
+CSV, PARQUET, UNITS = "results.csv", "results.parquet", "units.csv"
 CONTROLS = "brain.controls"
 """The setting, and column, of the controls of the wiring."""
 VARYING = ("wall_time_s", "elapsed_s", "attempts")
@@ -158,17 +159,36 @@ def write_rows(path: Path, rows: Sequence[Row]) -> Path:
     return path
 
 
-def write_tables(folder: Path, rows: Sequence[Row]) -> list[Path]:
-    """Write ``results.csv``, and with pandas and PyArrow ``results.parquet``; return the files.
+def unit_of(measure: str) -> str:
+    """Return the unit of a measure's metric; empty for a count or a ratio."""
+    metric = measure.partition(".")[0]
+    return METRICS.load(metric).unit if metric in METRICS.names() else ""
+
+
+def units_of(records: Iterable[Record]) -> dict[str, str]:
+    """Return the units of the measured columns that have one."""
+    found: dict[str, str] = {}
+    for record in records:
+        for name in record.measured:
+            if unit := record.units.get(name) or unit_of(name):
+                found[name] = unit
+    return found
+
+
+def write_tables(folder: Path, rows: Sequence[Row], units: Mapping[str, str]) -> list[Path]:
+    """Write the rows and units as CSV, and with pandas and PyArrow the rows as Parquet; return the files.
 
     Raises:
         ExperimentError: a file cannot be written.
     """
+    lines = [{"column": name, "unit": unit} for name, unit in units.items()]
     written = [write_rows(folder / CSV, rows)]
+    if units:
+        written.append(write_rows(folder / UNITS, lines))
     if rows and find_spec("pandas") and find_spec("pyarrow"):
         written.append(folder / PARQUET)
-        with writing(written[1]):
-            data_frame(_columns_of_one_type(rows)).to_parquet(written[1], index=False)
+        with writing(written[-1]):
+            data_frame(_columns_of_one_type(rows), units).to_parquet(written[-1], index=False)
     return written
 
 
@@ -184,8 +204,8 @@ def _columns_of_one_type(rows: Sequence[Row]) -> list[Row]:
     ]
 
 
-def data_frame(rows: Sequence[Row]) -> pd.DataFrame:
-    """Return rows as a table of pandas.
+def data_frame(rows: Sequence[Row], units: Mapping[str, str] | None = None) -> pd.DataFrame:
+    """Return rows as a table of pandas, with units in ``attrs["units"]``: those given, or of the metrics.
 
     Raises:
         BackendLoadError: pandas is not installed.
@@ -197,6 +217,8 @@ def data_frame(rows: Sequence[Row]) -> pd.DataFrame:
     if rows:
         for name in ("passed", "complete"):
             frame[name] = frame[name].astype("boolean")
+    of_metrics = {name: unit for name in frame if (unit := unit_of(str(name)))}
+    frame.attrs["units"] = dict(of_metrics if units is None else units)
     return frame
 
 
