@@ -17,7 +17,8 @@ FILES = {
     name: (ROOT / name).read_text()
     for name in (
         "packaging/Containerfile", "scripts/container", "packaging/environment.yml", "binder/postBuild",
-        "scripts/artifacts", ".devcontainer/devcontainer.json", ".github/workflows/release.yml", ".gitlab-ci.yml",
+        "scripts/artifacts", ".devcontainer/devcontainer.json", ".github/workflows/release.yml",
+        ".gitlab-ci.yml",
     )
 }  # fmt: skip
 
