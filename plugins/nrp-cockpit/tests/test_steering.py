@@ -297,6 +297,12 @@ def test_calls_without_a_viewer_are_counted(opened: Cockpit) -> None:
         visitor.call("step", n=2)
         functions = visitor.until(lambda: counted(visitor, 6))
         assert all(each["recent_ms"] for each in functions)
+        assert {each["since_s"] for each in functions} == {0.0}
+        visitor.call("step_back")
+        functions = visitor.until(lambda: counted(visitor, 0))
+        assert [each["since_s"] for each in functions] == pytest.approx(
+            [session.now_ns / 1e9] * len(functions)
+        )
 
 
 def counted(visitor: Visitor, calls: int) -> list[dict[str, Any]] | None:

@@ -1,11 +1,10 @@
 import { lazy, StrictMode, Suspense } from "react";
 import { createRoot } from "react-dom/client";
-import { isEmbedded } from "./compare/embedded";
 import { followComparison } from "./difference/comparison";
 import { Root } from "./Root";
 import { followRun } from "./state/run";
 import { followStart } from "./state/start";
-import { followView } from "./state/view";
+import { followView, isEmbedded } from "./state/view";
 import { followSweep } from "./sweep/store";
 import "./ui/tokens.css";
 import "./ui/base.css";

@@ -1,6 +1,8 @@
+import { useEffect } from "react";
 import { type Comparison, useComparison } from "../difference/comparison";
 import { verdictOf } from "../difference/words";
 import { pictureItems } from "../saving/items";
+import { forgetFirstView } from "../scene/choices";
 import { part } from "../state/commands";
 import { useBlocked } from "../state/run";
 import { Timeline } from "../timeline/Timeline";
@@ -33,6 +35,7 @@ function plotItems() {
 
 function Two({ comparison }: { comparison: Comparison }) {
   const blocked = useBlocked();
+  useEffect(forgetFirstView, []); // before the frames have loaded
   const [one, other] = comparison.labels;
   return (
     <>

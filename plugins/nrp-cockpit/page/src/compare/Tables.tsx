@@ -37,9 +37,7 @@ function Table<T>({ title, labels, rows, shown }: TableProps<T>) {
       <tbody>
         {rows.map((row) => (
           <tr key={row.name} data-differs={differs(row) || undefined}>
-            <th scope="row" className="cut" title={row.name}>
-              {row.name}
-            </th>
+            <th scope="row">{row.name}</th>
             <td className="num">{shown(row.one)}</td>
             <td className="num">
               {shown(row.other)}

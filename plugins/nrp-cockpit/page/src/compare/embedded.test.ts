@@ -1,5 +1,7 @@
+// @vitest-environment happy-dom
 import { expect, it } from "vitest";
-import { embeddedAddress, isEmbedded } from "./embedded";
+import { isEmbedded } from "../state/view";
+import { embeddedAddress } from "./embedded";
 
 it("shows a run inside the page with the page's own token", () => {
   const address = new URL(embeddedAddress({ pathname: "/", search: "?token=a%2Bb" }, "beside"), "http://x");

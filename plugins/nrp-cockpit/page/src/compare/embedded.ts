@@ -3,7 +3,3 @@ export function embeddedAddress(page: Pick<Location, "pathname" | "search">, run
   const token = new URLSearchParams(page.search).get("token") ?? "";
   return `${page.pathname}?${new URLSearchParams({ token, run, embedded: "" })}`;
 }
-
-/** Whether this page is inside another one. */
-export const isEmbedded = (page: Pick<Location, "search">): boolean =>
-  new URLSearchParams(page.search).has("embedded");

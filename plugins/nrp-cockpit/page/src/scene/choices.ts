@@ -1,4 +1,5 @@
 import { create } from "zustand";
+import { isEmbedded } from "../state/view";
 import type { Orbit } from "./orbit";
 
 export type Mode = "orbit" | "follow" | "above";
@@ -18,6 +19,21 @@ export const useChoices = create<Choices>(() => ({
 
 export const keepView = (panel: string, view: Orbit): void =>
   useChoices.setState(({ views }) => ({ views: { ...views, [panel]: view } }));
+
+/** Where a page keeps the first view of the first of two compared runs. */
+const FIRST = "nrp-cockpit-first-view";
+
+/** The first view of a run: of two that are compared, that of the other one if it has begun. */
+export function firstView(own: Orbit): Orbit {
+  if (!isEmbedded(window.location)) return own;
+  const other = sessionStorage.getItem(FIRST);
+  if (other) return JSON.parse(other) as Orbit;
+  sessionStorage.setItem(FIRST, JSON.stringify(own));
+  return own;
+}
+
+/** Lets two runs begin with a view of their own again. */
+export const forgetFirstView = (): void => sessionStorage.removeItem(FIRST);
 
 export function toggleLayer(layer: Layer): void {
   useChoices.setState(({ layers }) => {

@@ -18,7 +18,7 @@ import { scale } from "../world/scale";
 import type { Change } from "../world/world";
 import { world } from "../world/world";
 import { Bodies, type ShapeMesh } from "./bodies";
-import { keepView, type Layer, useChoices } from "./choices";
+import { firstView, keepView, type Layer, useChoices } from "./choices";
 import { drawingOn } from "./context";
 import { isWall, openWalls } from "./dollhouse";
 import { Muscles } from "./muscles";
@@ -318,8 +318,8 @@ export class Viewer {
       const size_m = this.bodies.boxOf(this.bodies.of(first)).getSize(new Vector3()).length();
       const distance_m = Math.min(BEGIN_M, BEGIN_SIZES * size_m || BEGIN_M);
       const near = { ...view, target: [x, y, view.target[2]] as const, distance_m };
-      this.view = view.distance_m > distance_m ? near : view;
-    } else if (first === undefined) this.view = view;
+      this.view = firstView(view.distance_m > distance_m ? near : view);
+    } else if (first === undefined) this.view = firstView(view);
     else this.orbit = view; // not kept: the robot's place comes soon
   }
 

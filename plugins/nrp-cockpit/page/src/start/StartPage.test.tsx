@@ -90,14 +90,26 @@ test("entries that look the same have one picture, which is asked for once, and 
   const entries = [
     entry("husky", { picture: "a" }),
     entry("husky/bibi", { picture: "a" }),
+    entry("rover", { picture: "a" }),
     entry("worm", { picture: "b" }),
     entry("empty"),
   ];
   useStart.setState({ start: { folder: "/home", entries } });
   render(<StartPage />);
-  const image = await screen.findByAltText<HTMLImageElement>("The scene of husky/bibi");
+  const image = await screen.findByAltText<HTMLImageElement>("The scene of husky");
   expect(image.src).toBe("data:image/png;base64,AAAA");
   await act(async () => undefined);
   expect(call.mock.calls.map(([, request]) => request)).toEqual([{ name: "husky" }, { name: "worm" }]);
   expect(screen.getAllByRole("img").length).toBe(2);
+});
+
+test("variants are folded under their experiment", () => {
+  const entries = [entry("husky"), entry("husky/bibi"), entry("./husky/own", { installed: false })];
+  useStart.setState({ start: { folder: "/home", entries } });
+  render(<StartPage />);
+  const installed = screen.getByRole("region", { name: "Installed experiments" });
+  const [card] = within(installed).getAllByRole("listitem");
+  expect(within(installed).getAllByRole("listitem")).toHaveLength(1);
+  expect(card?.querySelector("details")?.textContent).toContain("1 variant");
+  expect(card?.querySelector("details button")?.getAttribute("aria-label")).toBe("Open husky/bibi");
 });

@@ -1,12 +1,13 @@
-import { useState } from "react";
+import { type ReactNode, useState } from "react";
 import { Notices } from "../shell/Notices";
 import { Rail } from "../shell/Rail";
 import { LinkState } from "../shell/StatusBar";
 import { notify } from "../state/notices";
 import { type Entry, look, open, useStart } from "../state/start";
 import { Button, IconButton } from "../ui/Button";
+import { counted } from "../ui/counts";
 import { Empty } from "../ui/Panel";
-import { partsOf, type Section, sectionsOf } from "./entries";
+import { familiesOf, partsOf, type Section, sectionsOf } from "./entries";
 import { usePicture } from "./pictures";
 import "../shell/shell.css";
 import "../toolbar/toolbar.css";
@@ -61,9 +62,10 @@ function Entries({ section: { title, entries, none } }: { section: Section }) {
       <Consent entries={entries} />
       {entries.length === 0 && <p className="mut">{none}</p>}
       <ul className="start-entries">
-        {entries.map((entry) => (
+        {familiesOf(entries).map(({ entry, variants }) => (
           <li key={entry.name}>
             <Card entry={entry} />
+            {variants.length > 0 && <Variants entries={variants} />}
           </li>
         ))}
       </ul>
@@ -85,19 +87,42 @@ function Consent({ entries }: { entries: Entry[] }) {
   );
 }
 
-function Card({ entry }: { entry: Entry }) {
+function Variants({ entries }: { entries: readonly Entry[] }) {
+  return (
+    <details className="start-variants">
+      <summary>{counted(entries.length, "variant")}</summary>
+      {entries.map((entry) => (
+        <Opener key={entry.name} entry={entry} className="start-variant">
+          <b>{partsOf(entry).variant}</b>{" "}
+          <span className={entry.error ? "bad-t" : "mut"}>{entry.error || entry.text}</span>
+        </Opener>
+      ))}
+    </details>
+  );
+}
+
+/** A button that opens an entry, or says why it does not. */
+function Opener({ entry, className, children }: { entry: Entry; className: string; children: ReactNode }) {
   const opening = useStart((state) => state.opening);
-  const { name, variant } = partsOf(entry);
   const refused = entry.error || (opening && `${opening} is being opened.`);
   return (
     <button
       type="button"
-      className="panel start-card"
+      className={className}
       aria-label={`Open ${entry.name}`}
       aria-disabled={refused ? true : undefined}
       aria-busy={opening === entry.name || undefined}
       onClick={() => (refused ? notify(refused) : void open(entry.name))}
     >
+      {children}
+    </button>
+  );
+}
+
+function Card({ entry }: { entry: Entry }) {
+  const { name, variant } = partsOf(entry);
+  return (
+    <Opener entry={entry} className="panel start-card">
       {entry.kind === "experiment" && <Picture entry={entry} />}
       <b>
         {name}
@@ -111,7 +136,7 @@ function Card({ entry }: { entry: Entry }) {
           </span>
         ))}
       </span>
-    </button>
+    </Opener>
   );
 }
 

@@ -47,6 +47,23 @@ export function sectionsOf(entries: readonly Entry[], search: string): Section[]
     .sort((a, b) => Number(a.entries.length === 0) - Number(b.entries.length === 0));
 }
 
+/** An experiment, and its variants below it; what is not installed has none. */
+export interface Family {
+  entry: Entry;
+  variants: Entry[];
+}
+
+export function familiesOf(entries: readonly Entry[]): Family[] {
+  const families: Family[] = [];
+  for (const entry of entries) {
+    const { name, variant } = partsOf(entry);
+    const head = entry.installed && variant && families.find((one) => one.entry.name === name);
+    if (head) head.variants.push(entry);
+    else families.push({ entry, variants: [] });
+  }
+  return families;
+}
+
 /** The name of an experiment, and of the variant of it that a shipped name may have. */
 export function partsOf({ name, installed }: Entry): { name: string; variant: string } {
   const [first = "", ...rest] = installed ? name.split("/") : [name.replace(/^\.[\\/]/, "")];

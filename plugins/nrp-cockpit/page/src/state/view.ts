@@ -8,6 +8,10 @@ export const VIEWS: readonly View[] = isPlayed()
   ? ["cockpit", "functions"]
   : ["cockpit", "functions", "designer", "compare"];
 
+/** Whether this page is inside another one, which compares two runs. */
+export const isEmbedded = (page: Pick<Location, "search">): boolean =>
+  new URLSearchParams(page.search).has("embedded");
+
 const viewOf = (hash: string): View => VIEWS.find((view) => hash === `#/${view}`) ?? "cockpit";
 
 interface ViewState {

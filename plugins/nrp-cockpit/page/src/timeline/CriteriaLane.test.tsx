@@ -1,7 +1,10 @@
 // @vitest-environment happy-dom
-import { render, screen } from "@testing-library/react";
-import { expect, test } from "vitest";
+import { cleanup, fireEvent, render, screen } from "@testing-library/react";
+import { afterEach, expect, test } from "vitest";
+import { useNotices } from "../state/notices";
 import { CriteriaLane } from "./CriteriaLane";
+
+afterEach(cleanup);
 
 test("a criterion that is not met says why, and is a button so that a click goes to no other time", () => {
   const reason = "0.6 m, more than 0.5 m";
@@ -14,4 +17,26 @@ test("a criterion that is not met says why, and is a button so that a click goes
   expect(button?.textContent).toContain(`stops, not met: ${reason}`);
   expect(button?.querySelector(".hidden-text")).toBeNull();
   expect(screen.getAllByRole("button")).toHaveLength(1);
+});
+
+test("a click on a failed criterion says its value, its limit and when it was decided", () => {
+  const criteria = [{ name: "stops", passed: false, from_s: 9, to_s: 10, text: "0.6 m, more than 0.5 m" }];
+  render(<CriteriaLane criteria={criteria} span={{ from_s: 0, to_s: 10 }} />);
+  fireEvent.click(screen.getByRole("button"));
+  expect(useNotices.getState().notices.map(({ text }) => text)).toEqual([
+    "stops, not met at 10.00 s, watched from 9.00 s: 0.6 m, more than 0.5 m",
+  ]);
+});
+
+test("the words beside a failed criterion cover no other one", () => {
+  const one = { passed: true, text: "" };
+  const criteria = [
+    { ...one, name: "stops", passed: false, from_s: 1, to_s: 1.2 },
+    { ...one, name: "turns", from_s: 2, to_s: 4 },
+  ];
+  const { container } = render(<CriteriaLane criteria={criteria} span={{ from_s: 0, to_s: 10 }} />);
+  const rows = [...container.querySelectorAll<HTMLElement>("li")].map((li) =>
+    li.style.getPropertyValue("--row"),
+  );
+  expect(rows).toEqual(["0", "1"]);
 });

@@ -1,7 +1,9 @@
 import type { CSSProperties } from "react";
+import { notify } from "../state/notices";
 import type { TimelineData } from "../state/types";
 import { Icon, type IconName } from "../ui/Icon";
 import { Tooltip } from "../ui/Tooltip";
+import { seconds } from "./reach";
 import { percent, type Span } from "./scale";
 import { stack } from "./stack";
 
@@ -11,12 +13,23 @@ const looks = {
   null: { look: "open", icon: "clock", words: "not decided yet" },
 } as const satisfies Record<string, { look: string; icon: IconName; words: string }>;
 
+/** So many may have a row each. */
+const FEW = 4;
+/** The words of a bar that begins later, in percent of the lane, reach to the left. */
+const LATE = 60;
+
+/** The stretch that a failed criterion and the words beside it take: no other one is below them. */
+function withWords({ from_s, to_s }: Span, span: Span): Span {
+  return percent(span, from_s) > LATE ? { from_s: span.from_s, to_s } : { from_s, to_s: span.to_s };
+}
+
 /**
  * Criteria as bars over the time that they watch; hatched while they are not decided. The more overlap, the thinner.
  * Those that are not met say why, also beside a short bar; a click on them goes to no other time.
  */
 export function CriteriaLane({ criteria, span }: { criteria: TimelineData["criteria"]; span: Span }) {
-  const rows = stack(criteria);
+  const few = criteria.length <= FEW;
+  const rows = stack(criteria.map((one) => (few && one.passed === false ? withWords(one, span) : one)));
   const count = Math.max(1, ...rows.map((row) => row + 1));
   return (
     <ul
@@ -36,8 +49,19 @@ export function CriteriaLane({ criteria, span }: { criteria: TimelineData["crite
         const Bar = failed ? "button" : "div";
         return (
           <Tooltip key={name} text={`${name}: ${text || words}`}>
-            <li className={`timeline-criterion timeline-${look}`} style={place} data-late={from > 60}>
-              <Bar type={failed ? "button" : undefined} className="timeline-bar">
+            <li className={`timeline-criterion timeline-${look}`} style={place} data-late={from > LATE}>
+              <Bar
+                type={failed ? "button" : undefined}
+                className="timeline-bar"
+                onClick={
+                  failed
+                    ? () =>
+                        notify(
+                          `${name}, not met at ${seconds(to_s)}, watched from ${seconds(from_s)}: ${text}`,
+                        )
+                    : undefined
+                }
+              >
                 <Icon name={icon} small />
                 <span className="cut">
                   {name}
