@@ -53,7 +53,7 @@ class WrappingMuscles:
         self._engine, self._client = mujoco, client
         file = model.source.file if model.source is not None else None
         if file is None or file.suffix != ".xml":
-            raise CapabilityError(_refusal(model, muscles[0], "its file is not MJCF"))
+            raise CapabilityError(_refusal(model, muscles[0], "its file is not an .xml file of MuJoCo"))
         m = self._m = _compile(file, file.stat().st_mtime_ns)
         self._data = mujoco.MjData(m)
         single = [int(kind) for kind in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)]
