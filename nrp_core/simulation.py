@@ -31,7 +31,7 @@ from __future__ import annotations
 import pickle
 import re
 from abc import abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
@@ -246,6 +246,18 @@ class Simulation(Closing):
             f"{self._name} failed to {what} at {seconds(self.now_ns):g} s: {type(error).__name__}: {error}",
             t_ns=self.now_ns,
         ) from error
+
+
+Failures = dict[int, Exception]
+"""Errors by the number of the copy."""
+
+
+def note_failure(failed: Failures, number: int, call: Callable[[], object]) -> None:
+    """Make a call for one of several copies, and store its error, so that the others continue."""
+    try:
+        call()
+    except Exception as error:  # noqa: BLE001 - the caller decides about each copy
+        failed[number] = error
 
 
 @contextmanager

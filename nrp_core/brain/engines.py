@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -11,17 +11,7 @@ import numpy as np
 
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.spikes import Spikes, SynapticEvents
-
-Failures = dict[int, Exception]
-"""Errors by the number of the brain."""
-
-
-def note_failure(failed: Failures, number: int, call: Callable[[], object]) -> None:
-    """Make a call for a brain, and store its error, so that the other brains continue."""
-    try:
-        call()
-    except Exception as error:  # noqa: BLE001 - the caller decides about each brain
-        failed[number] = error
+from nrp_core.simulation import Failures, note_failure
 
 
 class Engines:

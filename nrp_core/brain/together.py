@@ -15,11 +15,12 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray, address
 from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.brain.devices.trains import TrainPort
-from nrp_core.brain.engines import Engines, Failures, note_failure
+from nrp_core.brain.engines import Engines
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.spikes import NO_SPIKES, Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import DivergedError
+from nrp_core.simulation import Failures, note_failure
 
 
 class _Row:

@@ -72,6 +72,12 @@ class TimeAccount:
         """The loop itself, hooks included; 0 while the first step is under way."""
         return max(0, self.total_ns - self.both_ns - self.functions_ns)
 
+    def add(self, brain_ns: int, world_ns: int, both_ns: int | None = None) -> None:
+        """Add the time of both sides in a step, and of the step of both if they ran at once."""
+        self.brain_ns += brain_ns
+        self.world_ns += world_ns
+        self.both_ns += brain_ns + world_ns if both_ns is None else both_ns
+
     def shares(self) -> dict[str, float]:
         """Return the share of each part; the shares add up to 1 (all are 0 before the first step)."""
         work = {
@@ -262,9 +268,7 @@ class CoupledStep:
             self._world.run_until(t_ns)
             brain_ns, world_ns = between - began, work.now_ns() - between
         self._last_ns = min(brain_ns, world_ns)
-        account.brain_ns += brain_ns
-        account.world_ns += world_ns
-        account.both_ns += work.now_ns() - began
+        account.add(brain_ns, world_ns, work.now_ns() - began)
 
     def close(self) -> None:
         """End the thread."""
@@ -427,19 +431,6 @@ class ClosedLoop(Closing):
         for hook in self.hooks.before_step:
             hook(self)
 
-    def advance_world(self, brain_ns: int) -> None:
-        """Advance the world to the time of the brain, which advanced together with the brains of other loops.
-
-        Args:
-            brain_ns: the wall time that the brain took, ns.
-        """
-        began = work.now_ns()
-        self.world.run_until(self.brain.now_ns)
-        world_ns, account = work.now_ns() - began, self.account
-        account.brain_ns += brain_ns
-        account.world_ns += world_ns
-        account.both_ns += brain_ns + world_ns
-
     def end_step(self, *, together: bool = False) -> EndOfStep:
         """Run the functions and hooks after a step.
 
@@ -470,6 +461,8 @@ class ClosedLoop(Closing):
 
         What they publish and change is delivered when all of them have run, so their order does not matter.
         """
+        if not self.functions:
+            return None
         n_before, changing, now_ns = len(self.failures), [], self.now_ns
         start_ns = now_ns - self.plan.period_ns
         t = self._function_time(now_ns, start_ns)

@@ -7,9 +7,10 @@ bit those of a world that runs alone. If the engine releases the GIL while it st
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,8 @@ from nrp_core.errors import NrpError, TopicError
 from nrp_core.messages.base import find_layout, type_name
 from nrp_core.messages.std_msgs import Float64MultiArray
 from nrp_core.scene.rigid import JointStates
-from nrp_core.simulation import State
+from nrp_core.simulation import Failures, State, note_failure
+from nrp_core.world.engine import Engine
 from nrp_core.world.render.cameras import SHARED
 from nrp_core.world.topics import Publication, Subscription, TopicInfo
 from nrp_core.world.world import World
@@ -71,7 +73,22 @@ class WorldBatch(Closing):
             NrpError: all copies have failed; the error of the first one.
         """
         lasts_ns = t_ns - self._now_ns
-        self._for_each(lambda world: world.run_until(world.now_ns + lasts_ns))
+        shares = [
+            [number for number in range(first, len(self), self._threads) if number not in self.failures]
+            for first in range(self._threads)
+        ]
+
+        def advance(share: Sequence[int]) -> None:
+            worlds = [self.worlds[number] for number in share]
+            failed = advance_together(worlds, [world.now_ns + lasts_ns for world in worlds])
+            for place, error in sorted(failed.items()):
+                if worlds[place].state is not State.FAILED or not isinstance(error, NrpError):
+                    raise error  # an error of the caller, the same for all copies
+                self.failures[share[place]] = error
+
+        list(map(advance, shares) if self._pool is None else self._pool.map(advance, shares))
+        if len(self.failures) == len(self):
+            raise self.failures[min(self.failures)]
         self._now_ns = t_ns
 
     def reset(self, seeds: Sequence[int] | None = None) -> None:
@@ -110,16 +127,14 @@ class WorldBatch(Closing):
             angular velocity (rad/s).
         """
         rows = np.empty((len(self), 13))
-        for row, world in zip(rows, self.worlds, strict=True):
-            world.engine.read_motion(model, row)
+        type(self.worlds[0].engine).read_motions([world.engine for world in self.worlds], model, rows)
         return rows
 
     def joint_states(self, model: str) -> JointStates:
         """Return the joints of a model in every copy; the arrays have shape ``(copies, joints)``."""
         names = self.worlds[0].joint_states(model).names
         rows = np.empty((len(self), 3, len(names)))
-        for row, world in zip(rows, self.worlds, strict=True):
-            world.engine.read_joints(model, row)
+        type(self.worlds[0].engine).read_joints_of([world.engine for world in self.worlds], model, rows)
         return JointStates(names, rows[:, 0], rows[:, 1], rows[:, 2])
 
     def close(self) -> None:
@@ -128,24 +143,6 @@ class WorldBatch(Closing):
             self._pool.shutdown()
         for world in self.worlds:
             world.close()
-
-    def _for_each(self, act: Callable[[World], None]) -> None:
-        """Call a function for every copy that has not failed, divided among the threads."""
-        shares = [range(first, len(self), self._threads) for first in range(self._threads)]
-
-        def work(share: range) -> None:
-            for number in share:
-                if number not in self.failures:
-                    try:
-                        act(self.worlds[number])
-                    except NrpError as error:
-                        if self.worlds[number].state is not State.FAILED:
-                            raise  # an error of the caller, the same for all copies
-                        self.failures[number] = error
-
-        list(map(work, shares) if self._pool is None else self._pool.map(work, shares))
-        if len(self.failures) == len(self):
-            raise self.failures[min(self.failures)]
 
 
 class BatchPublication:
@@ -198,6 +195,52 @@ class BatchPublication:
             needs = f"{numbers} numbers" if numbers else "more than numbers"
             kind = type_name(self.topic.type)
             raise TopicError(f"{self.topic.name}: a {kind} needs {needs}; got an array of shape {rows.shape}")
+
+
+def advance_together(worlds: Sequence[World], times_ns: Sequence[int]) -> Failures:
+    """Advance each world to its time; one that fails does not stop the others.
+
+    Engines of one kind that take as many steps to their next samples take them with one call.
+
+    Returns:
+        The errors of the worlds that failed, by number, as their own ``run_until`` raises them.
+    """
+    failed: Failures = {}
+    begun = [
+        n
+        for n, world in enumerate(worlds)
+        if world.state is State.READY and not world.paused and world.now_ns < times_ns[n]
+    ]
+    for number in {*range(len(worlds))} - {*begun}:
+        note_failure(failed, number, partial(worlds[number].run_until, times_ns[number]))
+    for number in begun:
+        note_failure(failed, number, partial(worlds[number].begin_advance, times_ns[number]))
+    going = [number for number in begun if number not in failed]
+    while going:
+        for (kind, steps), chosen in _next_steps(worlds, times_ns, going).items():
+            errors = kind.advance_all([worlds[number].engine for number in chosen], steps)
+            failed |= {chosen[place]: error for place, error in errors.items()}
+        for number in going:
+            if number not in failed:
+                note_failure(failed, number, worlds[number].end_advance)
+        going = [n for n in going if n not in failed and worlds[n].now_ns < times_ns[n]]
+    for number in begun if failed else ():
+        if number in failed:
+            note_failure(failed, number, partial(worlds[number].fail, "advance", failed[number]))
+    return failed
+
+
+def _next_steps(
+    worlds: Sequence[World], times_ns: Sequence[int], going: Sequence[int]
+) -> dict[tuple[type[Engine], int], list[int]]:
+    """Return the numbers of the worlds by the kind of engine and the steps to its next stop."""
+    found: dict[tuple[type[Engine], int], list[int]] = {}
+    for number in going:
+        world = worlds[number]
+        engine = world.engine
+        steps = (world.next_stop(times_ns[number]) - engine.now_ns) // engine.step_ns
+        found.setdefault((type(engine), steps), []).append(number)
+    return found
 
 
 def commanded_elements(topic: TopicInfo) -> tuple[str, ...]:

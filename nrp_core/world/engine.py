@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from math import isfinite
 from typing import TYPE_CHECKING, Any, ClassVar, Final, final
 
@@ -26,6 +27,7 @@ from nrp_core.scene.rigid import (
     Wrench,
     rotation_matrix,
 )
+from nrp_core.simulation import Failures, note_failure
 from nrp_core.world.capabilities import WorldCapabilities, check_scene
 from nrp_core.world.external_wrenches import ExternalWrenches, Group, wrench_of
 from nrp_core.world.joint_commands import JointCommands
@@ -111,6 +113,23 @@ class Engine(JointCommands):
         """Take physics steps; while the world is paused, time passes but nothing moves."""
         (self._do_wait if paused else self._do_advance)(steps)
         self.now_ns += steps * self.capabilities.step_ns
+
+    @classmethod
+    def advance_all(cls, engines: Sequence[Any], steps: int) -> Failures:
+        """Take physics steps in several engines, and check their states; an engine may override this.
+
+        Returns:
+            The errors by the number of the engine; the others have taken the steps.
+        """
+        failed: Failures = {}
+        for number, engine in enumerate(engines):
+            note_failure(failed, number, partial(engine.advance_safely, steps))
+        return failed
+
+    def advance_safely(self, steps: int) -> None:
+        """Take physics steps and check the state."""
+        self.advance(steps)
+        self.check_state(self.now_ns)
 
     @final
     def reset(self, seed: int) -> None:
@@ -223,6 +242,18 @@ class Engine(JointCommands):
         """Write positions, velocities and efforts of joints, shape ``(3, n)``."""
         states = self._do_joint_states(model)
         rows[:] = states.positions, states.velocities, states.efforts
+
+    @classmethod
+    def read_motions(cls, engines: Sequence[Any], model: str, rows: FloatArray) -> None:
+        """Write :meth:`read_motion` of several engines, shape ``(engines, 13)``."""
+        for engine, row in zip(engines, rows, strict=True):
+            engine.read_motion(model, row)
+
+    @classmethod
+    def read_joints_of(cls, engines: Sequence[Any], model: str, rows: FloatArray) -> None:
+        """Write :meth:`read_joints` of several engines, shape ``(engines, 3, n)``."""
+        for engine, row in zip(engines, rows, strict=True):
+            engine.read_joints(model, row)
 
     @final
     def render(self, model: str, link: str, camera: str) -> ImageArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC
 from collections.abc import Sequence
-from typing import final
+from typing import Any, final
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import CapabilityError
@@ -34,6 +34,14 @@ class JointCommands(ABC):
     def set_servo_efforts(self, model: str, joints: tuple[str, ...], efforts: Sequence[float]) -> None:
         """Set the targets of servos to efforts alone, N m or N; faster than :meth:`set_servo_target`."""
         self._do_set_servo_efforts(model, joints, efforts)
+
+    @classmethod
+    def set_servo_efforts_of(
+        cls, engines: Sequence[Any], model: str, joints: tuple[str, ...], rows: FloatArray
+    ) -> None:
+        """Set efforts in several engines, shape ``(engines, joints)``; see :meth:`set_servo_efforts`."""
+        for engine, row in zip(engines, rows.tolist(), strict=True):
+            engine._do_set_servo_efforts(model, joints, row)
 
     def retarget(self, model: str, targets: JointTargets) -> bool:
         """Change the targets of firm joints at once, if the engine can, and return whether it did.

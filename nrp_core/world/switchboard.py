@@ -5,19 +5,24 @@ It is independent of physics. A topic without subscribers costs nothing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from functools import partial
+from math import isfinite
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import SampleSchedule, from_seconds
 from nrp_core.errors import TopicError, did_you_mean
 from nrp_core.findings import Code
 from nrp_core.messages.base import NumberLayout, layout_of, type_name
 from nrp_core.seeds import Seeds
-from nrp_core.simulation import Simulation
+from nrp_core.simulation import Simulation, guarded
+from nrp_core.world.controllers.joint import JointGroup, effort_group
 from nrp_core.world.engine import Engine
 from nrp_core.world.part import Part
 from nrp_core.world.topics import Direction, Publication, Stamped, Subscription, TopicInfo
@@ -86,6 +91,7 @@ class Switchboard:
         owner: the owner of the topics.
 
     Attributes:
+        connections: how often parts were connected or disconnected.
         started: whether the first samples have been taken.
         observers: called with every published message and its topic (never an alias).
     """
@@ -103,6 +109,7 @@ class Switchboard:
         self._subscriptions: list[Subscription] = []
         self._subscribed: frozenset[str] | None = None
         self._held: list[tuple[str, Any, Sequence[float] | None]] | None = None
+        self.connections = 0
         self._received: set[str] = set()
         self._unreceived: set[str] = set()
 
@@ -253,6 +260,7 @@ class Switchboard:
         Raises:
             TopicError: another part has a topic of that name.
         """
+        self.connections += 1
         for topic in part.topics:
             if known := self._topics.get(topic.name):
                 is_command = known.direction is topic.direction is Direction.IN and known.type is topic.type
@@ -276,6 +284,7 @@ class Switchboard:
 
     def disconnect(self, part: Part) -> None:
         """Remove the topics of a part; their subscribers receive no further messages."""
+        self.connections += 1
         for topic in part.topics:
             self._parts[topic.name].remove(part)
             if self._parts[topic.name]:
@@ -381,6 +390,15 @@ class Switchboard:
             raise
         return True
 
+    def effort_group(self, names: Sequence[str]) -> JointGroup | None:
+        """Return what obeys topics at once, if each commands the effort of one joint, all of one model."""
+        found = [self._parts.get(name, ()) for name in names]
+        return (
+            effort_group(names, [parts[0] for parts in found if len(parts) == 1])
+            if all(len(parts) == 1 for parts in found)
+            else None
+        )
+
     def _read_now(self, name: str) -> Stamped | None:
         owner = self._owner
         owner.require_ready(or_failed=True)
@@ -457,3 +475,50 @@ class Switchboard:
             subscription.clear()
         for sampling in self._rated.values():
             sampling.in_flight.clear()
+
+
+class NumbersPublication:
+    """The right to publish on several topics at once, each of which carries one number.
+
+    Args:
+        publications: one for each topic.
+        board: delivers the messages.
+    """
+
+    def __init__(self, publications: Sequence[Publication], board: Switchboard) -> None:
+        self._publications, self._board = publications, board
+        self._names = [each.name for each in publications]
+        self._connections = -1
+        self._group: JointGroup | None = None
+
+    @staticmethod
+    def publish_all(publications: Sequence[NumbersPublication], rows: FloatArray) -> None:
+        """Publish numbers in several copies of a world, a row for each.
+
+        Efforts of the joints of one model take one call of the engine.
+
+        Raises:
+            TopicError: a number is not finite.
+        """
+        groups = [each._find_group() for each in publications]
+        rest: Iterable[int] = range(len(rows))
+        if None not in groups and np.isfinite(rows).all():
+            rest = JointGroup.lead_all(groups, rows)  # type: ignore[arg-type]
+        for number in rest:
+            publications[number]._publish(groups[number], rows[number].tolist())
+
+    def _find_group(self) -> JointGroup | None:
+        """Return what leads the joints; None while messages wait, are observed or go to other parts."""
+        board = self._board
+        board._owner.require_ready()
+        if self._connections != board.connections:
+            self._connections, self._group = board.connections, board.effort_group(self._names)
+        return None if board._held is not None or board.observers else self._group
+
+    def _publish(self, group: JointGroup | None, values: Sequence[float]) -> None:
+        if group is not None and isfinite(sum(values)):
+            with guarded(self._board._owner, "take efforts of joints"):
+                group.lead_each(values, self._board._engine.now_ns)
+        else:
+            for publication, value in zip(self._publications, values, strict=True):
+                publication.publish_numbers([value])

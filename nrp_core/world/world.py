@@ -33,7 +33,7 @@ from nrp_core.world.parts import Parts, parts_of
 from nrp_core.world.physics_observer import PhysicsObserver
 from nrp_core.world.sensors.contact import ContactsPart
 from nrp_core.world.service import Service, Services
-from nrp_core.world.switchboard import Switchboard
+from nrp_core.world.switchboard import NumbersPublication, Switchboard
 from nrp_core.world.topics import Publication, Stamped, Subscription, TopicInfo, check_message
 
 P = ParamSpec("P")
@@ -193,6 +193,10 @@ class World(Overview, Simulation):
     def advertise(self, topic: str) -> Publication:
         """Return the right to publish on a topic; see :meth:`.Switchboard.advertise`."""
         return self._board.advertise(topic)
+
+    def advertise_together(self, topics: Sequence[str]) -> NumbersPublication:
+        """Return the right to publish on several topics at once; see :meth:`advertise`."""
+        return NumbersPublication([self.advertise(topic) for topic in topics], self._board)
 
     @checks_arguments()
     def add_observer(self, observer: Callable[[str, Stamped], None]) -> None:
@@ -358,7 +362,21 @@ class World(Overview, Simulation):
     # -- the order of an advance
 
     def _advance(self, t_ns: int) -> None:
-        engine, board, parts = self.engine, self._board, self.parts
+        engine = self.engine
+        self.begin_advance(t_ns)
+        while engine.now_ns < t_ns:
+            stop_ns = self.next_stop(t_ns)
+            engine.advance((stop_ns - engine.now_ns) // engine.capabilities.step_ns, paused=self.paused)
+            engine.check_state(stop_ns)
+            self.end_advance()
+
+    def begin_advance(self, t_ns: int) -> None:
+        """Prepare an advance to a time; the first one takes the first samples.
+
+        Raises:
+            TimestepError: the time is not a multiple of the physics step.
+        """
+        engine, board = self.engine, self._board
         step_ns = engine.capabilities.step_ns
         if t_ns % step_ns:
             raise TimestepError(
@@ -369,24 +387,22 @@ class World(Overview, Simulation):
             board.drop_old()
         if not board.started:
             board.started = True
-            parts.begin()
+            self.parts.begin()
             board.sample()
-        while engine.now_ns < t_ns:
-            timed = () if self.paused else parts.timed
-            stop_ns = self._next_stop(timed, t_ns)
-            if parts.pollers:
-                parts.report_subscriptions(board.subscribed)
-            engine.advance((stop_ns - engine.now_ns) // step_ns, paused=self.paused)
-            engine.check_state(stop_ns)
-            if parts.pollers:
-                parts.deliver()
-            for part in timed:
+
+    def end_advance(self) -> None:
+        """Let parts, sensors and observers act at the time that the engine has reached."""
+        parts, stop_ns = self.parts, self.engine.now_ns
+        if parts.pollers:
+            parts.deliver()
+        if parts.timed and not self.paused:
+            for part in parts.timed:
                 deadline_ns = part.deadline_ns
                 if deadline_ns is not None and deadline_ns <= stop_ns:
                     part.at_deadline(stop_ns)
-            board.sample()
-            if self._physics_observers:
-                self._observe(stop_ns)
+        self._board.sample()
+        if self._physics_observers:
+            self._observe(stop_ns)
 
     def _observe(self, now_ns: int) -> None:
         """Call the observers that requested this time."""
@@ -394,10 +410,14 @@ class World(Overview, Simulation):
             if observer.deadline_ns is not None and observer.deadline_ns <= now_ns:
                 observer.observe(now_ns)
 
-    def _next_stop(self, timed: Sequence[Part], t_ns: int) -> int:
+    def next_stop(self, t_ns: int) -> int:
         """Return the time of the next sample, deadline, observer call or the end, on the grid, ns."""
+        parts = self.parts
+        if parts.pollers:
+            parts.report_subscriptions(self._board.subscribed)
         due_ns, step_ns = self._board.next_due(), self.engine.capabilities.step_ns
         stop_ns = t_ns if due_ns is None else min(t_ns, due_ns)
+        timed = () if self.paused else parts.timed
         others: Sequence[Part | PhysicsObserver] = (*timed, *self._physics_observers)
         for one in others:
             deadline_ns = one.deadline_ns

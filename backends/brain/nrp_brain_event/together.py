@@ -15,9 +15,10 @@ from nrp_brain_event.records import DONE, Array, EngineArrays
 from nrp_core._support.arrays import IntArray, address
 from nrp_core._support.jit import array_at, jit
 from nrp_core._support.signals import end_if_asked
-from nrp_core.brain.engines import Engines, Failures
+from nrp_core.brain.engines import Engines
 from nrp_core.brain.spikes import NO_SPIKES, Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
+from nrp_core.simulation import Failures
 
 _PLACES: Final = np.empty(0, np.int64)
 _SIZE: Final = 3 * len(EngineArrays._fields)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import COMPILED
 from nrp_core._support.small_matrices import product
 from nrp_core.scene.merged_bodies import STIFF_TIME_CONSTANT_S, Body
@@ -113,7 +113,8 @@ class Control:
     def __init__(self, built: Built, state: Any, step_s: float, last_step: Callable[[], Any]) -> None:
         self._built, self._model, self._state, self._step_s = built, built.model, state, step_s
         self._last_step = last_step
-        self._servos: dict[tuple[str, tuple[str, ...]], list[int]] = {}
+        self._servos: dict[tuple[str, tuple[str, ...]], tuple[IntArray, bool]] = {}
+        self._gains, self._ctrl = self._model.actuator_biasprm[:, :3], state.ctrl
         self.firm = MujocoFirmJoints(built, state, step_s)
         self.release()
 
@@ -132,17 +133,19 @@ class Control:
         self._model.actuator_biasprm[actuator, :3] = 0.0, -aim.stiffness, -damping
         self._state.ctrl[actuator] = aim.stiffness * aim.position + aim.damping * aim.velocity + aim.effort
 
-    def set_efforts(self, model: str, joints: tuple[str, ...], efforts: Sequence[float]) -> bool:
+    def set_efforts(self, model: str, joints: tuple[str, ...], efforts: Any) -> bool:
         """Set the efforts of servos, unless one follows with any load; return whether they were set."""
         path = model, joints
         if path not in self._servos:
             paths = [(model, joint) for joint in joints]
             are_firm = any(each in self._built.firm for each in paths)
-            self._servos[path] = [] if are_firm else [self._built.servos[each] for each in paths]
-        if places := self._servos[path]:
-            self._model.actuator_biasprm[places, :3] = 0.0
-            self._state.ctrl[places] = efforts
-        return bool(places)
+            found = [] if are_firm else [self._built.servos[each] for each in paths]
+            self._servos[path] = np.array(found, int), bool(found)
+        places, are_set = self._servos[path]
+        if are_set:
+            self._gains[places] = 0.0
+            self._ctrl[places] = efforts
+        return are_set
 
     def orient(self, model: str, joint: str, orientation: Quaternion | None) -> None:
         """Lead a ball joint to an orientation, or release it."""

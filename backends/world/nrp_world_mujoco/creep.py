@@ -28,6 +28,9 @@ class Creep:
 
     Args:
         built: the compiled scene.
+
+    Attributes:
+        watches: whether there can be such objects.
     """
 
     def __init__(self, built: Built) -> None:
@@ -39,7 +42,7 @@ class Creep:
         self._loose = np.array([name in loose for name in names], bool) & moves
         self._moves = np.array([bool(name) for name in names], bool) & moves
         elliptic = model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
-        self._watches = bool(elliptic and self._loose.any())
+        self.watches = bool(elliptic and self._loose.any())
         self._every = max(round(INTERVAL_S / model.opt.timestep), 1)
         self.forget()
 
@@ -56,7 +59,7 @@ class Creep:
             data: MuJoCo's data after them.
         """
         self._steps += steps
-        if not self._watches or self._steps < self._every:
+        if not self.watches or self._steps < self._every:
             return []
         self._steps = 0
         now = self._sliding(data) if data.ncon else {}

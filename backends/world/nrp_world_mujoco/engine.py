@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
+from functools import partial
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -27,7 +28,9 @@ from nrp_core.scene.rigid import (
     ReadFrames,
     Touch,
     Wrench,
+    rotate_vector,
 )
+from nrp_core.simulation import Failures, note_failure
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import MOST_RATE
 from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf
@@ -45,6 +48,7 @@ if TYPE_CHECKING:
     from nrp_world_mujoco.backend import MujocoOptions
 
 
+_UNSEEN: Final = (None, None)
 _SLEEP = mujoco.mjtEnableBit.mjENBL_SLEEP
 
 
@@ -121,7 +125,8 @@ class MujocoEngine(JointedEngine):
         self._model = self._built.model
         self.warnings += self._built.warnings
         self._work: Workspace = self._shared if built and self._shared else Workspace(self._model)
-        self._row = StateRow(self._model) if isinstance(self._work, SharedWorkspace) else None
+        shares = isinstance(self._work, SharedWorkspace)
+        self._row = StateRow(self._model, has_gains=bool(self._built.servos)) if shares else None
         self._state: Any = self._work.data if self._row is None else self._row
         self._begin_row()
         self._positions, self._rates = self._state.qpos, self._state.qvel
@@ -190,6 +195,14 @@ class MujocoEngine(JointedEngine):
         if not self._control.set_efforts(model, joints, efforts):
             super()._do_set_servo_efforts(model, joints, efforts)
 
+    @classmethod
+    def set_servo_efforts_of(
+        cls, engines: Sequence[MujocoEngine], model: str, joints: tuple[str, ...], rows: FloatArray
+    ) -> None:
+        for engine, row in zip(engines, rows, strict=True):
+            if not engine._control.set_efforts(model, joints, row):
+                engine._do_set_servo_efforts(model, joints, row.tolist())
+
     def retarget(self, model: str, targets: JointTargets) -> bool:
         return self._control.firm.retarget(model, targets)
 
@@ -213,29 +226,70 @@ class MujocoEngine(JointedEngine):
     def _do_touches(self) -> Sequence[Touch]:
         return super()._do_touches() if self._taken else ()
 
+    @classmethod
+    def advance_all(cls, engines: Sequence[MujocoEngine], steps: int) -> Failures:
+        failed: Failures = {}
+        first, together = engines[0], [n for n, engine in enumerate(engines) if engine._takes_plain_steps]
+        if len(together) > 1 and _are_alike(engines) and first._shared is not None:
+            said = set(SAID)
+            rows = [row for number in together if (row := engines[number]._row) is not None]
+            left = [together[place] for place in first._shared.steps_of(first._model, rows).take(steps)]
+            for text in SAID.keys() - said if left else ():
+                del SAID[text]
+            for number in set(together) - set(left):
+                engines[number]._note_steps(steps)
+            alone = sorted({*range(len(engines))} - set(together) | set(left))
+        else:
+            alone = [*range(len(engines))]
+        for number in alone:
+            note_failure(failed, number, partial(engines[number].advance, steps))
+        rest = [number for number in range(len(engines)) if number not in failed]
+        for number in _restless([engines[number] for number in rest]) if rest else ():
+            engine = engines[rest[number]]
+            note_failure(failed, rest[number], partial(engine.check_state, engine.now_ns))
+        return failed
+
+    @property
+    def _takes_plain_steps(self) -> bool:
+        """Whether steps change only the state, and nothing is looked up in MuJoCo's data after them."""
+        return self._row is not None and not (self._decays or self._creep.watches)
+
+    def _note_steps(self, steps: int) -> None:
+        """Note steps that were taken together with those of other engines."""
+        self._taken, self._pushes, self._seen, self._moment = steps, None, _UNSEEN, object()
+        self.now_ns += steps * self.capabilities.step_ns
+
     def _do_advance(self, steps: int) -> None:
-        work, row = self._work, self._row
+        work, row, model = self._work, self._row, self._model
+        data = work.data
         if row is not None:
-            row.begin(self._model, work.data, has_gains=bool(self._built.servos))
-        self._take(work.data, steps)
-        self._taken, self._pushes, self._moment = steps, None, object()
-        self._seen = None, None
+            row.begin(model, data)
+        self._take(data, steps)
+        self._taken, self._pushes, self._seen = steps, None, _UNSEEN
+        self._moment = moment = object()
         if row is not None:
-            row.store(self._model, work.data)
-            work.loaded, work.placed, work.rated = self._moment, None, None
-        for held, holder, speed in self._creep.after(steps, work.data):
+            row.store(model, data)
+            work.loaded, work.placed, work.rated = moment, None, None
+        if self._creep.watches:
+            self._watch_creep(steps, data)
+        if SAID or work.has_warned:
+            self._report_warnings(work)
+
+    def _watch_creep(self, steps: int, data: Any) -> None:
+        """Report objects that slide although friction should hold them."""
+        for held, holder, speed in self._creep.after(steps, data):
             speed_mm = f"{1e3 * speed:.2g} mm/s"
             message = f"'{held}' slides along '{holder}' at {speed_mm}, although friction should hold it"
             self.warnings.add(Code.NRP386, message, subject=held)
-        if SAID or max(work.warned.tolist()) > 1:
-            self._report_warnings(work)
 
     def _take(self, data: Any, steps: int) -> None:
         """Take steps from the state in the data."""
         if self._decays:
             self._decays.advance(data, steps, self._step)
-        else:
+        elif self._built.firm:
             self._step(data, steps)
+        else:
+            mujoco.mj_step(self._model, data, steps)
 
     def _step(self, data: Any, steps: int) -> None:
         if self._control.firm.active:
@@ -311,15 +365,19 @@ class MujocoEngine(JointedEngine):
             scene = replace(scene, models=tuple(model for model in scene.models if model not in alone))
         super()._put_at_start(scene)
 
-    def check_state(self, t_ns: int) -> None:
+    def _is_calm(self) -> bool:
+        """Return whether the state is finite, slow and within the limits of joints."""
         positions, rates = self._positions, self._rates
         # sums of squares are faster than a check of each number
-        calm = isfinite(positions.dot(positions)) and rates.dot(rates) < MOST_RATE**2
-        if calm and len(self._limited):
-            now = positions.take(self._limited)
-            calm = not ((now < self._low) | (now > self._high)).any()
-        if not calm:
+        if not (isfinite(positions.dot(positions)) and rates.dot(rates) < MOST_RATE**2):
+            return False
+        now = positions.take(self._limited)
+        return not ((now < self._low) | (now > self._high)).any()
+
+    def check_state(self, t_ns: int) -> None:
+        if not self._is_calm():
             super().check_state(t_ns)
+            rates = self._rates
             if not abs(rates).max() < MOST_RATE:
                 message = f"MuJoCo diverged: a body moves at {abs(rates).max():.4g} m/s (or rad/s)"
                 raise DivergedError(message, t_ns=t_ns)
@@ -362,6 +420,30 @@ class MujocoEngine(JointedEngine):
             motion.read(row)
         else:
             super().read_motion(model, row)
+
+    @classmethod
+    def read_motions(cls, engines: Sequence[MujocoEngine], model: str, rows: FloatArray) -> None:
+        motion = engines[0]._motions[model]
+        if not (isinstance(motion, Floating) and _are_alike(engines)):
+            super().read_motions(engines, model, rows)
+            return
+        positions, velocities = motion.places, motion.rates
+        rows[:, :7] = _stacked([engine._positions for engine in engines])[:, positions]
+        rows[:, 7:] = _stacked([engine._rates for engine in engines])[:, velocities]
+        x, y, z, w = rows[:, 3:7].T
+        rows[:, 10:] = np.array(rotate_vector(x, y, z, w, tuple(rows[:, 10:].T))).T
+
+    @classmethod
+    def read_joints_of(cls, engines: Sequence[MujocoEngine], model: str, rows: FloatArray) -> None:
+        reader = engines[0]._joints[model]
+        if reader.has_balls or engines[0]._built.firm or not _are_alike(engines):
+            super().read_joints_of(engines, model, rows)
+            return
+        positions, dofs = reader.places
+        rows[:, 0] = _stacked([engine._positions for engine in engines])[:, positions]
+        rows[:, 1] = _stacked([engine._rates for engine in engines])[:, dofs]
+        efforts = _stacked([engine._state.qfrc_actuator for engine in engines])[:, dofs]
+        rows[:, 2] = efforts + _stacked([engine._state.qfrc_applied for engine in engines])[:, dofs]
 
     def set_control(self, model: str, actuator: str, value: float) -> None:
         self._state.ctrl[self._model.actuator_ctrladr[self._built.actuators[model, actuator]]] = value
@@ -484,3 +566,27 @@ class MujocoEngine(JointedEngine):
                 self.warnings.add(Code.NRP277, f"MuJoCo: {mujoco.mju_warningText(kind, 0)}")
         while SAID:
             self.warnings.add(Code.NRP277, f"MuJoCo: {SAID.popitem()[0]}")
+
+
+def _are_alike(engines: Sequence[MujocoEngine]) -> bool:
+    """Return whether engines have the same scene, so that their states have the same layout."""
+    scene = engines[0].scene
+    return all(engine.scene is scene for engine in engines)
+
+
+def _stacked(arrays: Sequence[FloatArray]) -> FloatArray:
+    """Return arrays of one size as the rows of one; faster than ``np.stack``."""
+    return np.concatenate(arrays).reshape(len(arrays), -1)
+
+
+def _restless(engines: Sequence[MujocoEngine]) -> list[int]:
+    """Return the numbers of engines whose states have to be looked at more closely."""
+    if not _are_alike(engines):
+        return [number for number, engine in enumerate(engines) if not engine._is_calm()]
+    first = engines[0]
+    positions = _stacked([engine._positions for engine in engines])
+    rates = _stacked([engine._rates for engine in engines])
+    calm = np.isfinite(np.square(positions).sum(1)) & (np.square(rates).sum(1) < MOST_RATE**2)
+    now = positions.take(first._limited, 1)
+    calm &= ((now >= first._low) & (now <= first._high)).all(1)
+    return np.flatnonzero(~calm).tolist()

@@ -47,12 +47,14 @@ class Floating:
     Attributes:
         position, velocity: its parts of MuJoCo's state, shapes ``(7,)`` and ``(6,)``.
         places: the indices of its pose in MuJoCo's positions: x, y, z, and the orientation x, y, z, w.
+        rates: the indices of its velocity in MuJoCo's velocities.
     """
 
     def __init__(self, engine: Any, state: Any, ident: int) -> None:
         joint = engine.body_jntadr[ident]
         position, velocity = engine.jnt_qposadr[joint], engine.jnt_dofadr[joint]
         self.places = position + np.array([0, 1, 2, 4, 5, 6, 3])
+        self.rates = velocity + np.arange(6)
         self.position = state.qpos[position : position + 7]
         self.velocity = state.qvel[velocity : velocity + 6]
 

@@ -7,9 +7,11 @@ share data for the computation, one per thread. The results are the same: a step
 from __future__ import annotations
 
 import threading
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from mujoco.batch import Batch, SimulationError
 
 from nrp_core._support.arrays import FloatArray
 from nrp_world_mujoco.library import mujoco
@@ -34,10 +36,16 @@ class Workspace:
         self.data = mujoco.MjData(model)
         self.warned = self.data.warning.number
         self.mute()
+        self._muted = self.warned.tobytes()
         self.present = PresentState(model)
         self.loaded: object = None
         self.placed: object = None
         self.rated: object = None
+
+    @property
+    def has_warned(self) -> bool:
+        """Whether MuJoCo gave a warning since all kinds were counted as printed."""
+        return bool(self.warned.tobytes() != self._muted)
 
     def mute(self) -> None:
         """Count every kind of warning as already printed."""
@@ -47,24 +55,36 @@ class Workspace:
 class SharedWorkspace(threading.local, Workspace):
     """One workspace per thread, for states of models of the same sizes."""
 
+    _steps: tuple[tuple[StateRow, ...], StepsOfMany] | None = None
+
+    def steps_of(self, model: Any, rows: Sequence[StateRow]) -> StepsOfMany:
+        """Return what takes steps from several states at once; of the same ones, the same object."""
+        chosen = tuple(rows)
+        if self._steps is None or self._steps[0] != chosen:
+            self._steps = chosen, StepsOfMany(model, chosen)
+        return self._steps[1]
+
 
 class StateRow:
     """The state of a copy, without MuJoCo's data; its arrays have the names of those in the data.
 
     Args:
         model: the compiled model.
+        has_gains: whether the gains of its servos can change.
 
     Attributes:
         numbers: the complete state.
         before: the state before the last steps.
-        gains: those of servos in the last steps; they are in the model and not in a state.
+        own_gains: the gains of servos, if they can change; they are in the model and not in a state.
+        gains: those in the last steps.
         qfrc_actuator: the efforts of actuators in the last step.
     """
 
-    def __init__(self, model: Any) -> None:
+    def __init__(self, model: Any, *, has_gains: bool) -> None:
         self.numbers = np.zeros(mujoco.mj_stateSize(model, COMPLETE))
         self.before: FloatArray = self.numbers.copy()
-        self.gains: FloatArray = model.actuator_biasprm.copy()
+        self.own_gains: FloatArray = model.actuator_biasprm if has_gains else np.empty(0)
+        self.gains = self.own_gains.copy()
         self.qfrc_actuator = np.zeros(model.nv)
         kinds = mujoco.mjtState
         self.qpos = self._part(model, kinds.mjSTATE_QPOS)
@@ -78,12 +98,10 @@ class StateRow:
         start = mujoco.mj_stateSize(model, COMPLETE & (int(kind) - 1))
         return self.numbers[start : start + mujoco.mj_stateSize(model, kind)]
 
-    def begin(self, model: Any, data: Any, *, has_gains: bool) -> None:
-        """Write the state into data for steps, and keep it, with the gains if they can change."""
-        self.before[:] = self.numbers
-        if has_gains:
-            self.gains[:] = model.actuator_biasprm
-        self.load(model, data)
+    def begin(self, model: Any, data: Any) -> None:
+        """Write the state into data for steps, and keep it, with the gains."""
+        self.before, self.gains = self.numbers.copy(), self.own_gains.copy()
+        mujoco.mj_setState(model, data, self.numbers, COMPLETE)
 
     def load(self, model: Any, data: Any) -> None:
         """Write the state into data."""
@@ -93,3 +111,48 @@ class StateRow:
         """Read the state from data."""
         mujoco.mj_getState(model, data, self.numbers, COMPLETE)
         self.qfrc_actuator[:] = data.qfrc_actuator
+
+
+class StepsOfMany:
+    """Takes steps from the states of several copies with one call, with the results of each alone.
+
+    Args:
+        model: the compiled model of the copies, which differ at most in the gains of servos.
+        rows: the states.
+    """
+
+    def __init__(self, model: Any, rows: Sequence[StateRow]) -> None:
+        self._rows = rows
+        self._batch = Batch(model, nsim=len(rows), nthread=1)
+        self._efforts = self._batch.bind("qfrc_actuator")
+        self._gains = self._batch.expand("actuator_biasprm") if rows[0].own_gains.size else None
+
+    def take(self, steps: int) -> list[int]:
+        """Take steps.
+
+        Returns:
+            The numbers of the copies of which MuJoCo warned; their states are those before the steps.
+        """
+        batch, rows = self._batch, self._rows
+        before = np.concatenate([row.numbers for row in rows]).reshape(batch.state.shape)
+        batch.state[:] = before
+        batch.warning[:] = 0
+        if self._gains is not None:
+            gains = np.concatenate([row.own_gains for row in rows]).reshape(self._gains.shape)
+            self._gains[:] = gains
+            for row, own in zip(rows, gains, strict=True):
+                row.gains = own
+        try:
+            batch.step(nstep=steps)
+        except SimulationError as error:
+            failed = set(error.ids.tolist())
+        else:
+            failed = set()
+        failed.update(np.flatnonzero(batch.warning.any(axis=(1, 2))).tolist())
+        for number, (row, old, new, efforts) in enumerate(
+            zip(rows, before, batch.state, self._efforts, strict=True)
+        ):
+            if number not in failed:
+                row.before = old
+                row.numbers[:], row.qfrc_actuator[:] = new, efforts
+        return sorted(failed)

@@ -9,6 +9,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import seconds
 from nrp_core.errors import TopicError
 from nrp_core.findings import Code
@@ -132,6 +133,9 @@ class ControllerPart(Part):
         model: the model of the joint.
         engine: the engine that moves it.
         inertias: returns the inertias of the joints of the model.
+
+    Attributes:
+        joint, model, engine: the names of the joint and its model, and the engine.
     """
 
     def __init__(
@@ -143,9 +147,9 @@ class ControllerPart(Part):
         inertias: Inertias,
     ) -> None:
         every = (*led, *controllers)
-        self._joint, self._model, self._engine = every[0].joint, model.name, engine
+        self.joint, self.model, self.engine = every[0].joint, model.name, engine
         self._laws = {controller.topic: _Law(controller, model, inertias) for controller in every}
-        units = {each.kind: unit_of(model, self._joint, each.kind) for each in controllers}
+        units = {each.kind: unit_of(model, self.joint, each.kind) for each in controllers}
         self.topics = tuple(
             TopicInfo(
                 each.topic, Float64, Direction.IN, unit=units[each.kind],
@@ -236,9 +240,9 @@ class ControllerPart(Part):
     def _report(self, topic: str, value: float, limit: float) -> None:
         """Report the first command on a topic that is beyond the limits of the joint."""
         self._exceeded.add(topic)
-        beyond = f"beyond the limit of the joint '{self._joint}'"
+        beyond = f"beyond the limit of the joint '{self.joint}'"
         message = f"a command on {topic} is {value:g}, {beyond}: {limit:g} is used"
-        self._engine.warnings.add(Code.NRP299, message, subject=topic)
+        self.engine.warnings.add(Code.NRP299, message, subject=topic)
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
         self.lead(topic, Target(float(message.data)), now_ns)
@@ -248,20 +252,20 @@ class ControllerPart(Part):
         topic, target = self._command
         law = self._laws[topic]
         gains, error = law.gains, target.value - self._now(law.controller.kind)
-        integral = self._integral + gains.i * error * seconds(self._engine.step_ns)
+        integral = self._integral + gains.i * error * seconds(self.engine.step_ns)
         self._integral = min(max(integral, -gains.i_limit), gains.i_limit)
         self._set_target(now_ns)
 
     def begin(self) -> None:
         if self._initial is not None:
             self._set_target(0)
-        elif self._holder is not None and self._command is None and self._engine.capabilities.joint_control:
+        elif self._holder is not None and self._command is None and self.engine.capabilities.joint_control:
             self._hold(self._holder)
 
     def _hold(self, topic: str) -> None:
         """Hold the present position until the first command."""
         self._command = self._start = topic, Target(self._now("position"))
-        self._set_target(self._engine.now_ns)
+        self._set_target(self.engine.now_ns)
 
     def on_model_moved(self) -> None:
         if self._start is not None and self._command == self._start:
@@ -288,14 +292,14 @@ class ControllerPart(Part):
             law = self._laws[topic]
             aim = law.servo_target(target, self._integral)
             if law.integrates:
-                self.deadline_ns = now_ns + self._engine.step_ns
-        self._engine.set_servo_target(self._model, self._joint, aim)
+                self.deadline_ns = now_ns + self.engine.step_ns
+        self.engine.set_servo_target(self.model, self.joint, aim)
 
     def _now(self, kind: str) -> float:
         """Return the position or the velocity of the joint."""
-        joints = self._engine.joint_states(self._model)
+        joints = self.engine.joint_states(self.model)
         values = joints.positions if kind == "position" else joints.velocities
-        return float(values[joints.names.index(self._joint)])
+        return float(values[joints.names.index(self.joint)])
 
 
 class _Law:
@@ -342,18 +346,21 @@ class JointGroup:
     """Leads joints of a model, firm ones and those that are given efforts with one call of the engine.
 
     Args:
-        topic: the topic that leads them.
+        topics: the topic that leads each of them.
         parts: the controller part of each joint.
         model: their model.
         engine: the engine that moves it.
     """
 
-    def __init__(self, topic: str, parts: Mapping[str, ControllerPart], model: str, engine: Engine) -> None:
-        self._topic, self._model, self._engine = topic, model, engine
+    def __init__(
+        self, topics: Sequence[str], parts: Mapping[str, ControllerPart], model: str, engine: Engine
+    ) -> None:
+        self._topics, self._model, self._engine = topics, model, engine
         self._joints, self._parts = tuple(parts), list(parts.values())
-        self._are_efforts = all(part.takes_efforts(topic) for part in self._parts)
-        self._at_once = self._are_efforts or all(part.is_firm(topic) for part in self._parts)
-        self._lowest, self._highest = zip(*(part.limits(topic) for part in self._parts), strict=True)
+        each = list(zip(self._parts, topics, strict=True))
+        self._are_efforts = all(part.takes_efforts(topic) for part, topic in each)
+        self._at_once = self._are_efforts or all(part.is_firm(topic) for part, topic in each)
+        self._lowest, self._highest = zip(*(part.limits(topic) for part, topic in each), strict=True)
         self._targets = JointTargets(self._joints, (), (), smooth=True)
         self._holds = False
 
@@ -361,7 +368,7 @@ class JointGroup:
         """Return the topic and the target of a joint that follows."""
         targets = self._targets
         rate = targets.rates[number] if targets.rates else 0.0
-        return self._topic, Target(targets.values[number], rate, targets.smooth)
+        return self._topics[number], Target(float(targets.values[number]), rate, targets.smooth)
 
     def release(self) -> None:
         """Record that one of the joints received another command."""
@@ -378,8 +385,8 @@ class JointGroup:
             return
         rates = targets.rates or [0.0] * len(targets.joints)
         for joint, value, rate in zip(targets.joints, targets.values, rates, strict=True):
-            part = self._parts[self._joints.index(joint)]
-            part.lead(self._topic, Target(value, rate, targets.smooth), now_ns)
+            number = self._joints.index(joint)
+            self._parts[number].lead(self._topics[number], Target(value, rate, targets.smooth), now_ns)
         if self._at_once and len(targets.joints) == len(self._parts):
             kept = [part.target for part in self._parts]
             self._targets = JointTargets(
@@ -389,13 +396,44 @@ class JointGroup:
                 part.follow(self, number)
             self._holds = True
 
+    @staticmethod
+    def lead_all(groups: Sequence[JointGroup], rows: FloatArray) -> list[int]:
+        """Make efforts the commands of all joints of the same group in several engines, a row for each.
+
+        Returns:
+            The numbers of the groups that have to be led one by one.
+        """
+        first = groups[0]
+        inside = ((rows >= first._lowest) & (rows <= first._highest)).all(axis=1)
+        within = set(np.flatnonzero(inside).tolist())
+        alike = first._lowest, first._highest
+        at_once = [
+            number
+            for number, group in enumerate(groups)
+            if number in within and group._holds and alike == (group._lowest, group._highest)
+        ]
+        if at_once:
+            engines = [groups[number]._engine for number in at_once]
+            chosen = rows if len(at_once) == len(rows) else rows[at_once]
+            type(engines[0]).set_servo_efforts_of(engines, first._model, first._joints, chosen)
+            for number, values in zip(at_once, chosen, strict=True):
+                groups[number]._targets = JointTargets(first._joints, values, (), True)
+        done = set(at_once)
+        return [number for number in range(len(groups)) if number not in done]
+
+    def lead_each(self, values: Sequence[float], now_ns: int) -> None:
+        """Make targets the commands of all joints, in their order."""
+        self.lead(JointTargets(self._joints, values, (), smooth=True), now_ns)
+
     def _retarget(self, targets: JointTargets) -> bool:
         """Change the targets at once, if the engine supports it and no joint newly exceeds its limits."""
         values, lowest, highest = targets.values, self._lowest, self._highest
         if not (all(map(le, lowest, values)) and all(map(le, values, highest))):
             kept = [min(max(each), high) for *each, high in zip(values, lowest, highest, strict=True)]
             beyond = [number for number, value in enumerate(values) if kept[number] != value]
-            if targets.rates or not all(self._parts[number].has_reported(self._topic) for number in beyond):
+            if targets.rates or not all(
+                self._parts[number].has_reported(self._topics[number]) for number in beyond
+            ):
                 return False
             targets = targets._replace(values=kept)
         if self._are_efforts:
@@ -404,6 +442,22 @@ class JointGroup:
             return False
         self._targets = targets
         return True
+
+
+def effort_group(topics: Sequence[str], parts: Sequence[Part]) -> JointGroup | None:
+    """Return what leads joints by efforts at once; None if the topics do not command efforts of one model.
+
+    Args:
+        topics: a topic for each joint.
+        parts: the parts of these topics.
+    """
+    chosen = [part for part in parts if type(part) is ControllerPart]
+    if len(chosen) < len(parts) or not all(map(ControllerPart.takes_efforts, chosen, topics)):
+        return None
+    joints, models = {part.joint: part for part in chosen}, {part.model for part in chosen}
+    if len(models) > 1 or len(joints) < len(chosen):
+        return None
+    return JointGroup(topics, joints, chosen[0].model, chosen[0].engine)
 
 
 class JointsPart(Part, Generic[C]):
@@ -434,7 +488,8 @@ class GroupPart(JointsPart[GroupController]):
 
     def _open(self) -> None:
         controller, model = self._controller, self._model.name
-        self._led = JointGroup(controller.topic, self._parts, model, self._engine)
+        topics = [controller.topic] * len(self._parts)
+        self._led = JointGroup(topics, self._parts, model, self._engine)
         what = f"{controller.kind} of {', '.join(controller.joints)} of {model}"
         joints = tuple(controller.joints)
         topic = TopicInfo(controller.topic, Float64MultiArray, Direction.IN, what=what, elements=joints)

@@ -120,16 +120,17 @@ class TrajectoryPart(JointsPart[TrajectoryController]):
 
     def _open(self) -> None:
         controller, model = self._controller, self._model
-        self._led = JointGroup(controller.command_topic, self._parts, model.name, self._engine)
+        topics = [controller.command_topic] * len(self._parts)
+        self._led = JointGroup(topics, self._parts, model.name, self._engine)
         self._turning = {joint.name for joint in model.joints if joint.kind == "continuous"}
         self._paths: dict[str, JointPath] = {}
         what = f"trajectory of {', '.join(controller.joints)} of {model.name}"
-        topics = [TopicInfo(controller.command_topic, JointTrajectory, Direction.IN, what=what)]
+        infos = [TopicInfo(controller.command_topic, JointTrajectory, Direction.IN, what=what)]
         if controller.state_topic is not None:
             kind, rate_hz = JointTrajectoryControllerState, controller.rate_hz
             what = f"state of the controller '{controller.name}' of {model.name}"
-            topics.append(TopicInfo(controller.state_topic, kind, Direction.OUT, rate_hz, what))
-        self.topics = tuple(topics)
+            infos.append(TopicInfo(controller.state_topic, kind, Direction.OUT, rate_hz, what))
+        self.topics = tuple(infos)
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
         joints = self._joints_of(message)

@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 from nrp_core.brain import Closing
 from nrp_core.cle.loop import BrainBatch, ClosedLoop, EndOfStep, VectorizedCall, call_for_copies
 from nrp_core.utilities import time_limit
+from nrp_core.world.batch import advance_together
 
 Waiting: TypeAlias = tuple[EndOfStep, VectorizedCall]
 """The end of a step, and the call of a vectorised function that it waits for."""
@@ -87,8 +88,13 @@ class SideBySide(Closing):
         ends_ns = [loop.now_ns + loop.plan.period_ns for loop in chosen]
         errors = together.run_until([loop.brain for loop in chosen], ends_ns)
         failed |= {share[place]: error for place, error in errors.items()}
-        each_ns = (time.perf_counter_ns() - began) // max(1, len(chosen))
-        self._each({n: partial(loops[n].advance_world, each_ns) for n in share}, failed)
+        between = time.perf_counter_ns()
+        going = [number for number in share if number not in failed]
+        worlds, times_ns = [loops[n].world for n in going], [loops[n].brain.now_ns for n in going]
+        failed |= {going[place]: error for place, error in advance_together(worlds, times_ns).items()}
+        brain_ns, world_ns = between - began, time.perf_counter_ns() - between
+        for number in going:
+            loops[number].account.add(brain_ns // len(share), world_ns // len(share))
 
     def _observe(self, loops: Sequence[ClosedLoop]) -> None:
         """Call the observers of several loops that can observe them at once."""

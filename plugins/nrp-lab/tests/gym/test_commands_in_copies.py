@@ -3,8 +3,10 @@
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from cProfile import Profile
+from pathlib import Path
 from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
 from golden import Golden
@@ -158,3 +160,92 @@ def test_a_reset_by_snapshot_makes_few_calls() -> None:
         env.reset()  # the first one paints
         env.step({"/husky/cmd_vel": COMMANDS[0, 0]})
         assert calls_in(env.reset) < MOST_CALLS_OF_RESET
+
+
+CRAWLER = """<mujoco><option timestep="0.005"/>
+  <worldbody><geom name="floor" type="plane" size="9 9 0.1"/>
+    <body name="trunk" pos="0 0 0.3"><freejoint/><geom size="0.2" mass="2"/>
+      <body name="left" pos="0 0.2 0">
+        <joint name="left_hip" axis="0 1 0" range="-90 90" limited="true" damping="0.1"/>
+        <geom type="capsule" size="0.05" fromto="0 0 0 0.4 0.1 -0.2"/></body>
+      <body name="right" pos="0 -0.2 0"><joint name="right_hip" axis="0 1 0" damping="0.1"/>
+        <geom type="capsule" size="0.05" fromto="0 0 0 0.4 -0.1 -0.2"/></body>
+    </body></worldbody>
+  <actuator><motor joint="left_hip" gear="5" ctrllimited="true" ctrlrange="-1 1"/>
+    <motor joint="right_hip" gear="5"/></actuator></mujoco>"""
+BRAIN = """
+from nrp_core import pynn as sim
+sim.setup(timestep=0.5)
+circuit = sim.Population(1, sim.IF_curr_exp())
+"""
+EXPERIMENT = """
+name: crawler
+duration: 1 s
+timestep: 20 ms
+brain: {backend: event, model: brain.py}
+world: {backend: mujoco, scene: crawler.xml, options: {timestep: 5 ms}}
+"""
+MOTORS: dict[str, Any] = {
+    "observe": ["motion:trunk", "joints:trunk"],
+    "act": {f"/trunk/{joint}/cmd_effort": {"data": (-8.0, 8.0)} for joint in ("left_hip", "right_hip")},
+}
+
+
+@pytest.fixture
+def crawler(tmp_path: Path) -> Path:
+    files = {"crawler.xml": CRAWLER, "brain.py": BRAIN, "experiment.yaml": EXPERIMENT}
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    return tmp_path / "experiment.yaml"
+
+
+def efforts_of(rows: Any) -> dict[str, Any]:
+    return {name: rows[..., [place]] for place, name in enumerate(MOTORS["act"])}
+
+
+@pytest.mark.filterwarnings("ignore:.*is clipped to its bounds", "ignore:.*beyond the limit")
+def test_motors_of_copies_move_as_alone_and_as_in_mujoco_itself(crawler: Path) -> None:
+    draw = np.random.default_rng(2)
+    efforts = draw.uniform(-4, 4, (12, COPIES, 2))
+    efforts[3, 1], efforts[7, 2] = (7.0, -7.0), (0.0, 30.0)  # beyond the limit of a motor, and the bounds
+    with closing(make_vec(crawler, num_envs=COPIES, threads=1, **MOTORS)) as envs:
+        envs.reset(seed=1)
+        together = [envs.step(efforts_of(rows))[0] for rows in efforts]
+        ends = [run.snapshot() for run in envs.runs]
+    with closing(make_env(crawler, **MOTORS)) as env:
+        for number in range(COPIES):
+            env.reset(seed=1 + number)
+            alone = [env.step(efforts_of(rows[number]))[0] for rows in efforts]
+            for name in MOTORS["observe"]:
+                found = np.array([seen[name][number] for seen in together])
+                assert found.tobytes() == np.array([seen[name] for seen in alone]).tobytes()
+            env.run.step()
+            continued = env.run.world.joint_states("trunk").positions.copy()
+            env.run.restore(ends[number])  # with the commands that hold
+            env.run.step()
+            assert env.run.world.joint_states("trunk").positions.tobytes() == continued.tobytes()
+    model = mujoco.MjModel.from_xml_string(CRAWLER)
+    for number in range(COPIES):
+        data = mujoco.MjData(model)
+        for rows in efforts:
+            data.ctrl[:] = np.clip(rows[number], -8.0, 8.0) / 5.0  # MuJoCo clips the first one again
+            mujoco.mj_step(model, data, 4)
+        assert together[-1]["joints:trunk"][number] == pytest.approx(
+            np.r_[data.qpos[7:], data.qvel[6:]], abs=1e-9
+        )
+        assert together[-1]["motion:trunk"][number, :3] == pytest.approx(data.qpos[:3], abs=1e-9)
+
+
+def test_steps_of_more_copies_are_not_calls_of_the_engine(
+    crawler: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One copy has data of its own; all others take their steps, and obey, by one call."""
+    with closing(make_vec(crawler, num_envs=8, threads=1, **MOTORS)) as envs:
+        envs.reset(seed=1)
+        rows = efforts_of(np.ones((8, 2)))
+        envs.step(rows)
+        calls: list[int] = []
+        step = mujoco.mj_step
+        monkeypatch.setattr(mujoco, "mj_step", lambda *given: (calls.append(1), step(*given)))
+        envs.step(rows)
+        assert len(calls) == 1

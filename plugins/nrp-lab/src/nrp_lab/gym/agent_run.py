@@ -20,7 +20,7 @@ from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment import Run
 from nrp_core.utilities import takes
 from nrp_lab.gym.brain_reward import BrainReward
-from nrp_lab.gym.spaces import SOURCE, Acted, Observed, act_on, observe
+from nrp_lab.gym.spaces import SOURCE, Actions, Observed, act_on, observe
 
 Reward: TypeAlias = Callable[[Run, dict[str, Any]], float] | Mapping[str, float]
 """Returns the reward of the last step from the run and the observation by name; or weights of observables."""
@@ -89,6 +89,7 @@ class AgentRun:
 
     Attributes:
         acted, observed: the actions and observations by their names.
+        actions: the actions together.
         decided: the criteria, and whether they are met; None: undecided.
     """
 
@@ -104,6 +105,7 @@ class AgentRun:
         replaced = [function.name for function in run.loop.functions if _publishes(function, agent.act)]
         run.loop.change((), replaced)
         self.acted = act_on(run, agent.act)
+        self.actions = Actions(run, self.acted)
         self.observed: dict[str, Observed] = observe(
             run, agent.observe, None if like is None else like.observed, agent.steps
         )
@@ -191,23 +193,6 @@ class AgentRun:
                 raise ExperimentError(f"terminate returned {ends!r:.60}, not true or false{hint}")
             terminated = bool(ends)
         return reward, terminated
-
-
-def apply_action(acted: Mapping[str, Acted], action: Any) -> None:
-    """Apply an action, a mapping with an array for each of its parts.
-
-    Raises:
-        ExperimentError: a part is missing, unknown, or has another shape.
-    """
-    # a dict is known without asking the abstract class
-    if not isinstance(action, (dict, Mapping)) or action.keys() != acted.keys():
-        names = ", ".join(map(repr, acted)) or "nothing"
-        raise ExperimentError(f"an action is a dict with an array for {names}, not {action!r:.60}")
-    for name, one in acted.items():
-        values = np.asarray(action[name], float)
-        if values.shape != one.shape:
-            raise ExperimentError(f"the action '{name}' has the shape {one.shape}, not {values.shape}")
-        one.apply(values.tolist())
 
 
 _NUMBERS = (Real, np.ndarray, np.generic)

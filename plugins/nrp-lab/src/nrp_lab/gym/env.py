@@ -20,7 +20,6 @@ from nrp_lab.gym.agent_run import (
     AgentRun,
     Reward,
     Terminate,
-    apply_action,
     bounds_by_name,
     warn_of_findings,
 )
@@ -187,7 +186,7 @@ class NrpEnv(gymnasium.Env[Any, Any]):
         agent_run, run = self._agent_run, self.run
         if self._is_over:
             self._warn_once("step() after the end of an episode: reset() begins the next one")
-        apply_action(agent_run.acted, action)
+        agent_run.actions.apply(action)
         run.run_until_ns(run.loop.now_ns + self._period_ns)
         observation, now_ns = self._observation(), run.loop.now_ns
         reward, terminated, truncated = agent_run.judge(observation, now_ns)

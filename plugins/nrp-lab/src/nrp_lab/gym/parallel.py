@@ -16,12 +16,12 @@ from nrp_core.utilities import checks_arguments, require_extra
 from nrp_lab.gym.agent_run import (
     Agent,
     AgentRun,
-    apply_action,
     bounds_by_name,
     require_named,
     warn_of_findings,
 )
 from nrp_lab.gym.env import CLOSED
+from nrp_lab.gym.spaces import Actions
 
 require_extra("pettingzoo", "nrp-lab[parallel]", "nrp_lab.gym.parallel")
 
@@ -76,15 +76,17 @@ class NrpParallelEnv(ParallelEnv):  # type: ignore[misc]
         except BaseException:
             self.run.close()
             raise
-        self._acted = {
-            name: {one: agent_run.acted[one] for one in agent.act} for name, agent in self._given.items()
+        self._actions = {
+            name: Actions(self.run, {one: agent_run.acted[one] for one in agent.act})
+            for name, agent in self._given.items()
         }
         self.observation_spaces = {
             name: Dict({one: agent_run.observed[one].space for one in agent.observe})
             for name, agent in self._given.items()
         }
         self.action_spaces = {
-            name: Dict({key: one.space for key, one in acted.items()}) for name, acted in self._acted.items()
+            name: Dict({one: agent_run.acted[one].space for one in agent.act})
+            for name, agent in self._given.items()
         }
         self.possible_agents, self.agents = [*self._given], list[str]()
         self._random, _ = np_random()
@@ -130,7 +132,7 @@ class NrpParallelEnv(ParallelEnv):  # type: ignore[misc]
         for name in self.agents:
             if name not in actions:
                 raise ExperimentError(f"the action of the agent '{name}' is missing")
-            apply_action(self._acted[name], actions[name])
+            self._actions[name].apply(actions[name])
         run, agents = self.run, self.agents
         if agents:
             run.run_until_ns(run.loop.now_ns + self._period_ns)

@@ -75,6 +75,11 @@ class ObservedMotion(Observed):
         self._engine.read_motion(self._model, row)
         return row
 
+    @staticmethod
+    def read_all(copies: Sequence[ObservedMotion], rows: FloatArray) -> None:
+        first = copies[0]
+        type(first._engine).read_motions([one._engine for one in copies], first._model, rows)
+
 
 class ObservedJoints(Observed):
     """The positions, then the velocities of the joints of a model, shape ``(2 * joints,)``."""
@@ -91,6 +96,13 @@ class ObservedJoints(Observed):
         states = np.empty((3, self._joints))
         self._engine.read_joints(self._model, states)
         return states[:2].reshape(-1)
+
+    @staticmethod
+    def read_all(copies: Sequence[ObservedJoints], rows: FloatArray) -> None:
+        first = copies[0]
+        states = np.empty((len(copies), 3, first._joints))
+        type(first._engine).read_joints_of([one._engine for one in copies], first._model, states)
+        rows[:] = states[:, :2].reshape(len(copies), -1)
 
 
 class ObservedTopic(Observed):
@@ -294,7 +306,7 @@ class Acted(ABC):
 
     def _rows_clipped(self, rows: FloatArray) -> FloatArray:
         """Return rows of values within their bounds, each as :meth:`_clipped` returns it."""
-        if not np.isfinite(rows).all():
+        if ((rows >= self._low) & (rows <= self._high)).all() or not np.isfinite(rows).all():
             return rows
         clipped = np.clip(rows, self._low, self._high)
         if not self._has_warned:
@@ -316,6 +328,11 @@ class Acted(ABC):
     @abstractmethod
     def apply(self, values: Sequence[float]) -> None:
         """Apply the action; it takes effect in the next step."""
+
+    @property
+    def topic(self) -> str | None:
+        """The topic of an action that is the one number of its messages."""
+        return None
 
     @staticmethod
     def apply_all(copies: Sequence[Any], rows: FloatArray) -> None:
@@ -367,6 +384,10 @@ class ActedTopic(Acted):
         self._places = [fields.index(field) for field in chosen]
         super().__init__(name, [*chosen], [_pair(f"'{one}' of '{name}'", chosen[one]) for one in chosen])
 
+    @property
+    def topic(self) -> str | None:
+        return self._name if self._count == 1 and not self._has_elements else None
+
     def apply(self, values: Sequence[float]) -> None:
         numbers = [0.0] * self._count
         for place, value, (low, high) in zip(self._places, values, self._bounds, strict=True):
@@ -376,6 +397,34 @@ class ActedTopic(Acted):
             self._publication.publish(Float64MultiArray(data=np.array(numbers)))
         else:
             self._publication.publish_numbers(numbers)
+
+
+class ActedNumbers(Acted):
+    """Several actions, each of which is the one number of the messages of a topic, published together.
+
+    Args:
+        run: the run.
+        acted: the actions.
+    """
+
+    def __init__(self, run: Run, acted: Sequence[Acted]) -> None:
+        self._acted = acted
+        self._publication = run.world.advertise_together([one.topic for one in acted if one.topic])
+        super().__init__("", [], [bound for one in acted for bound in one._bounds])
+
+    def _rows_clipped(self, rows: FloatArray) -> FloatArray:
+        if ((rows >= self._low) & (rows <= self._high)).all():
+            return rows
+        columns = [one._rows_clipped(rows[:, place : place + 1]) for place, one in enumerate(self._acted)]
+        return np.concatenate(columns, axis=1)
+
+    def apply(self, values: Sequence[float]) -> None:
+        self.apply_all([self], np.array([values]))
+
+    @staticmethod
+    def apply_all(copies: Sequence[ActedNumbers], rows: FloatArray) -> None:
+        publications = [one._publication for one in copies]
+        publications[0].publish_all(publications, copies[0]._rows_clipped(rows))
 
 
 class ActedSource(Acted):
@@ -428,3 +477,54 @@ def act_on(run: Run, names: Mapping[str, Any]) -> dict[str, Acted]:
         else:
             found[name] = ActedTopic(run, name, given)
     return found
+
+
+class Actions:
+    """The actions of a run, by name.
+
+    Args:
+        run: the run.
+        acted: the actions; those that are numbers of topics are applied together.
+    """
+
+    def __init__(self, run: Run, acted: Mapping[str, Acted]) -> None:
+        self._shapes = {name: one.shape for name, one in acted.items()}
+        numbers = [name for name, one in acted.items() if one.topic is not None]
+        together = numbers if len(numbers) > 1 else []
+        self._names = [[name] for name in acted if name not in together] + ([together] if together else [])
+        self._parts = [
+            acted[names[0]] if len(names) == 1 else ActedNumbers(run, [acted[name] for name in names])
+            for names in self._names
+        ]
+
+    def apply(self, action: Any) -> None:
+        """Apply a mapping with an array for each action.
+
+        Raises:
+            ExperimentError: one is missing, unknown, or has another shape.
+        """
+        # a dict is known without asking the abstract class
+        if not isinstance(action, (dict, Mapping)) or action.keys() != self._shapes.keys():
+            listed = ", ".join(map(repr, self._shapes)) or "nothing"
+            raise ExperimentError(f"an action is a dict with an array for {listed}, not {action!r:.60}")
+        rows = {}
+        for name, shape in self._shapes.items():
+            rows[name] = values = np.asarray(action[name], float)
+            if values.shape != shape:
+                raise ExperimentError(f"the action '{name}' has the shape {shape}, not {values.shape}")
+        for names, part in zip(self._names, self._parts, strict=True):
+            row = rows[names[0]] if len(names) == 1 else np.concatenate([rows[name] for name in names])
+            part.apply_all([part], row[np.newaxis])
+
+    @staticmethod
+    def apply_all(copies: Sequence[Actions], rows: Mapping[str, FloatArray]) -> None:
+        """Apply actions in several copies of a run.
+
+        Args:
+            copies: the actions of the copies.
+            rows: arrays by the name of the action, a row for each copy.
+        """
+        first = copies[0]
+        for place, names in enumerate(first._names):
+            parts = [one._parts[place] for one in copies]
+            parts[0].apply_all(parts, np.concatenate([rows[name] for name in names], axis=1))

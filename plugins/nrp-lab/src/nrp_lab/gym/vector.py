@@ -25,6 +25,7 @@ from nrp_core.world.batch import threads_for
 from nrp_lab.copies import calls_text, python_calls
 from nrp_lab.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name, warn_of_findings
 from nrp_lab.gym.env import CLOSED
+from nrp_lab.gym.spaces import Actions
 from nrp_lab.side_by_side import SideBySide
 
 _logger = logging.getLogger(__name__)
@@ -338,10 +339,10 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
     # -- the parts of a step
 
     def _act(self, actions: Mapping[str, Any], stepped: Sequence[int]) -> None:
-        for name, rows in rows_of(actions, self.action_space).items():
-            acted = [self._copies[number].acted[name] for number in stepped]
-            if acted:
-                acted[0].apply_all(acted, rows[stepped])
+        rows = rows_of(actions, self.action_space)
+        if stepped:
+            chosen = [self._copies[number].actions for number in stepped]
+            Actions.apply_all(chosen, {name: row[stepped] for name, row in rows.items()})
 
     def _advance(self, stepped: Sequence[int]) -> None:
         """Take the steps of some copies.
