@@ -129,6 +129,7 @@ def video(
         renderer=Renderer(renderer),
     )
     with display() as shown:
+        shown.begin_task("drawing the first image")
         count = write(
             source,
             output,
