@@ -30,7 +30,7 @@ from nrp_core.scene.rigid import Pose, Quaternion, Vector
 from nrp_core.scene.sdf.model import KEYFRAME
 from nrp_core.world.drives.muscles import ALL
 from nrp_core.world.render.cameras import looking
-from nrp_world_mujoco.actuators import SINGLE, actuators_of, warn_of_one_sided_limits
+from nrp_world_mujoco.actuators import actuators_of, warn_of_one_sided_limits
 from nrp_world_mujoco.announced_sizes import check_sizes
 from nrp_world_mujoco.library import compile_spec, mujoco
 from nrp_world_mujoco.mjcf_images import Images, replace_missing
@@ -97,9 +97,6 @@ def _left_out(spec: Any, model: Any, touching: set[int]) -> list[str]:
     balls = model.jnt_type == mujoco.mjtJoint.mjJNT_BALL
     if limited := int((balls & (model.jnt_limited != 0)).sum()):
         left_out.append(f"the limits of {limited} ball joints")
-    single = model.jnt_qposadr[np.isin(model.jnt_type, SINGLE)]
-    if shifted := np.count_nonzero(model.qpos0[single]):
-        left_out.append(f"the ref of {shifted} joints, whose positions are 0 where the file places them")
     left_out.extend(not_passed(model))
     left_out.extend(without_field(spec))
     if rushing := np.count_nonzero(model.key_qvel.any(axis=1)):
