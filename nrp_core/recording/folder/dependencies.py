@@ -11,7 +11,7 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields, replace
-from functools import cache
+from functools import cache, lru_cache
 from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 from types import ModuleType
@@ -209,11 +209,16 @@ def _paths(value: Any) -> Iterator[Path]:
 def _read_in_c(script: Path) -> Iterator[Path]:
     """Yield the files that a script names and that it may read by a library in C."""
     with suppress(OSError, SyntaxError, ValueError):
-        for node in ast.walk(ast.parse(script.read_bytes())):
-            if isinstance(node, ast.Constant) and isinstance(node.value, str):
-                name = node.value[:_LONGEST_NAME]
-                if Path(name).suffix.lower() in _READ_IN_C and (path := script.parent / name).is_file():
-                    yield path
+        for name in _names_read_in_c(script.read_bytes()):
+            if (path := script.parent / name).is_file():
+                yield path
+
+
+@lru_cache(maxsize=64)
+def _names_read_in_c(data: bytes) -> tuple[str, ...]:
+    texts = (node.value for node in ast.walk(ast.parse(data)) if isinstance(node, ast.Constant))
+    names = (text[:_LONGEST_NAME] for text in texts if isinstance(text, str))
+    return tuple(name for name in names if Path(name).suffix.lower() in _READ_IN_C)
 
 
 def _folders_of_plugins() -> list[Path]:

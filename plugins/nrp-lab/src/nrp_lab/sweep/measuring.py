@@ -218,8 +218,8 @@ def _stopping(run: Run, criteria: Sequence[str]) -> Iterator[None]:
     """Stop the run of a block as soon as one of these criteria is not met."""
 
     def stop_if_failed(_: Run) -> None:
-        outcomes = run.outcomes()
-        if any(outcomes[name].passed is False for name in criteria):
+        passed = run.passed()
+        if any(passed[name] is False for name in criteria):
             run.loop.stop()
 
     if not criteria:
