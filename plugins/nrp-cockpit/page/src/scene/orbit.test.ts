@@ -1,6 +1,7 @@
 import { describe, expect, it } from "vitest";
 import {
   axesInImage,
+  beginsAt,
   eyeOf,
   FOV_RAD,
   fitted,
@@ -49,6 +50,12 @@ describe("the view of the scene", () => {
     const narrow = fitted(START, [0, 0, 0], 5, 0.5).distance_m;
     expect(wide).toBeCloseTo(5 / Math.sin(FOV_RAD / 2));
     expect(narrow).toBeGreaterThan(wide);
+  });
+
+  it("begins with what stands around a robot, or with the robot where there is nothing else", () => {
+    expect([1, 7, 90].map((all_m) => beginsAt(1, all_m))).toEqual([5, 7, 10]);
+    const height_m = 2 * beginsAt(1, 1) * Math.tan(FOV_RAD / 2);
+    expect(1 / height_m).toBeGreaterThan(0.25); // of the image
   });
 
   it("comes as near as an insect needs, with nothing cut off before the target", () => {

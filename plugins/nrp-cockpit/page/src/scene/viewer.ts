@@ -22,7 +22,7 @@ import { firstView, keepView, type Layer, useChoices } from "./choices";
 import { drawingOn } from "./context";
 import { isWall, openWalls } from "./dollhouse";
 import { Muscles } from "./muscles";
-import { eyeOf, FOV_RAD, fitted, imageAxes, nearOf, type Orbit, START } from "./orbit";
+import { beginsAt, eyeOf, FOV_RAD, fitted, imageAxes, nearOf, type Orbit, START } from "./orbit";
 import { Outline } from "./outline";
 import type { LaserScan } from "./sightLines";
 import { Sights } from "./sights";
@@ -38,9 +38,8 @@ export interface Hit {
   point: Vector3;
 }
 
-/** From at most this far (m), and this many times its own size, the robot is seen at first. */
+/** From at most this far (m) the robot is seen at first. */
 const BEGIN_M = 9;
-const BEGIN_SIZES = 10;
 /** The size (m) of a room, and of a smaller one, whose lines and arrows are drawn as they are. */
 const USUAL_ROOM_M = 6;
 const SMALLEST_ROOM_M = 0.001;
@@ -311,13 +310,15 @@ export class Viewer {
   private begin(): void {
     const view = this.viewOfRoom(this.bodies.room());
     const [first] = useRun.getState().experiment?.robots ?? [];
-    const robot = first === undefined ? undefined : world.models.get(first);
     if (!view) return;
-    if (first !== undefined && robot) {
-      const [x, y] = robot.position;
-      const size_m = this.bodies.boxOf(this.bodies.of(first)).getSize(new Vector3()).length();
-      const distance_m = Math.min(BEGIN_M, BEGIN_SIZES * size_m || BEGIN_M);
-      const near = { ...view, target: [x, y, view.target[2]] as const, distance_m };
+    const parts = [...this.bodies.of(first ?? "")];
+    if (parts.length > 0 && parts.every(({ entity }) => world.knows(entity.frame))) {
+      this.bodies.root.updateMatrixWorld();
+      const box = this.bodies.boxOf(parts);
+      const { x, y, z } = box.getCenter(new Vector3());
+      const all_m = this.viewOfBox(this.bodies.standing()).distance_m;
+      const distance_m = Math.min(BEGIN_M, beginsAt(box.getSize(new Vector3()).length(), all_m));
+      const near = { ...view, target: [x, y, z] as const, distance_m };
       this.view = firstView(view.distance_m > distance_m ? near : view);
     } else if (first === undefined) this.view = firstView(view);
     else this.orbit = view; // not kept: the robot's place comes soon

@@ -46,6 +46,11 @@ class World {
     return name === WORLD_FRAME ? IDENTITY : (this.frames.get(name) ?? IDENTITY);
   }
 
+  /** Whether the pose of a frame is known. */
+  knows(name: string): boolean {
+    return name === WORLD_FRAME || this.frames.has(name);
+  }
+
   private start(): void {
     this.stale = true;
     this.stops = [
