@@ -107,5 +107,5 @@ def test_the_frame_of_a_notebook_cuts_nothing_and_saves(recording: Path, tmp_pat
     assert inside.locator("html").evaluate(CUT_AT_THE_RIGHT) == []
     with page.expect_download() as download:
         inside.get_by_role("button", name="Place of Scene", exact=True).click()
-        inside.get_by_role("menuitem", name="Save as PNG").click()
+        inside.get_by_role("menuitem", name="Save as PNG, 85 mm wide").click()
     assert download.value.suggested_filename.endswith(".png")
