@@ -612,6 +612,6 @@ def _find_named(parts: Iterable[Named], name: str, lacking: str) -> Named:
 def files_behind(whole: Scene | Model) -> Iterator[Path]:
     """Yield the files of meshes and images, which a process need not read again for a second run."""
     for link in whole.links if isinstance(whole, Model) else (link for _, link in whole.links()):
-        shapes = [part.geometry for part in (*link.visuals, *link.collisions)]
+        shapes = [one.geometry for one in link.visuals] + [one.geometry for one in link.collisions]
         yield from (shape.path for shape in shapes if isinstance(shape, Mesh))
         yield from (visual.texture.image for visual in link.visuals if visual.texture is not None)
