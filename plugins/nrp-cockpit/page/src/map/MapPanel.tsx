@@ -46,7 +46,7 @@ function useMap() {
   const [empty, setEmpty] = useState(true);
   const selected = useSelection(({ selected: one }) => (one?.kind === "body" ? one.name : null));
   const { ref, redraw } = useCanvas((sheet) => {
-    const moving = plan.current.moving(poseOf);
+    const moving = world.awaited ? [] : plan.current.moving(poseOf);
     const { still } = plan.current;
     seen.current = [...still, ...moving];
     const wider = sheet.width / (ref.current?.clientWidth || sheet.width); // a figure has a width of its own

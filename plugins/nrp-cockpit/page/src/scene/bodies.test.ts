@@ -48,3 +48,14 @@ it("endless ground does not count for the size of a room", () => {
   bodies.show(known(endless, box("room/wall/a", "world", 3)));
   expect(bodies.room().getSize(new Vector3()).x).toBeCloseTo(2);
 });
+
+it("what moves is hidden until it is known where it is, what stays is not", () => {
+  const bodies = new Bodies();
+  bodies.show(known(box("room/wall/a", "world", 0), box("husky/base/deck", "husky/base", 0)));
+  const shown = () =>
+    [...bodies.all()].filter((mesh) => mesh.parent?.visible).map((mesh) => mesh.entity.body);
+  bodies.move(() => IDENTITY, true);
+  expect(shown()).toEqual(["room"]);
+  bodies.move(() => IDENTITY);
+  expect(shown()).toEqual(["room", "husky"]);
+});

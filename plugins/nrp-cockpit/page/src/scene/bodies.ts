@@ -60,9 +60,11 @@ export class Bodies {
     this.materials.keepOnly(new Set([...this.all()].map(({ material }) => material as Material)));
   }
 
-  move(poseOf: (frame: string) => Pose): void {
+  /** Puts what moves where it is; what is `awaited` is not shown, because its pieces would all lie at the origin. */
+  move(poseOf: (frame: string) => Pose, awaited = false): void {
     for (const [frame, group] of this.groups) {
       if (frame === WORLD_FRAME) continue;
+      group.visible = !awaited;
       place(group, poseOf(frame));
       group.updateMatrix();
       group.matrixWorldNeedsUpdate = true;

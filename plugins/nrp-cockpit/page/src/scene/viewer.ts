@@ -250,7 +250,7 @@ export class Viewer {
 
   /** The nearest body at a point of the canvas. */
   hit(x: number, y: number): Hit | null {
-    const seen = [...this.bodies.all()].filter((mesh) => mesh.visible);
+    const seen = [...this.bodies.all()].filter((mesh) => mesh.visible && mesh.parent?.visible);
     const [first] = this.ray(x, y).intersectObjects(seen, false);
     return first ? { body: (first.object as ShapeMesh).entity.body, point: first.point } : null;
   }
@@ -275,7 +275,7 @@ export class Viewer {
 
   private changed(change: Change): void {
     if (change === "scene") this.rebuild();
-    this.bodies.move((frame) => world.frame(frame));
+    this.bodies.move((frame) => world.frame(frame), world.awaited);
     this.muscles.show(world.muscles);
     if (!this.placed) this.begin();
     this.sights.move((frame) => world.frame(frame));
@@ -327,7 +327,7 @@ export class Viewer {
   private rebuild(): void {
     this.known = true;
     this.bodies.show(world.entities);
-    this.bodies.move((frame) => world.frame(frame));
+    this.bodies.move((frame) => world.frame(frame), world.awaited);
     this.bodies.root.updateMatrixWorld();
     this.select(this.selected);
     this.surround();

@@ -8,6 +8,7 @@ import { extend, newTrail, type Trail } from "./trail";
 /** What changed: the shapes of the scene, or only where things are. */
 export type Change = "scene" | "poses";
 const MODEL_STATES = "/gazebo/model_states";
+const TRANSFORMS = "/tf";
 
 type Listener = (change: Change) => void;
 
@@ -41,6 +42,11 @@ class World {
     };
   }
 
+  /** Whether it is not said yet where moving things are, but will be: a recording may have no transforms. */
+  get awaited(): boolean {
+    return this.frames.size === 0 && wire.offered().some(({ topic }) => topic === TRANSFORMS);
+  }
+
   /** The pose of a frame in the world; one that never moved is at the origin. */
   frame(name: string): Pose {
     return name === WORLD_FRAME ? IDENTITY : (this.frames.get(name) ?? IDENTITY);
@@ -58,7 +64,7 @@ class World {
         this.stale ||= state !== "open";
       }),
       wire.subscribe<SceneUpdate>("/scene", (update) => this.readScene(update)),
-      wire.subscribe<Transforms>("/tf", (message) => this.readFrames(message), "latest"),
+      wire.subscribe<Transforms>(TRANSFORMS, (message) => this.readFrames(message), "latest"),
       wire.subscribe<MusclePaths>("/scene/muscles", (message) => this.readMuscles(message), "latest"),
       wire.subscribe<ModelStates>(MODEL_STATES, (message, t_s) => this.readModels(message, t_s)),
       onPast(({ topic, new: isNew }) => topic === MODEL_STATES && isNew && this.trails.clear()),
