@@ -41,7 +41,7 @@ const BOX_RY = 20;
 /** The room beside the name in a box. */
 const BOX_INSET = 16;
 /** How far apart the parts of a column are at least. */
-const LEAST_PX = { neuron: 14, box: 36, lowBox: 26 };
+const LEAST_PX = { neuron: 14, box: 39, lowBox: 26 };
 /** The width that a box needs with the gap to the next one, for boxes lower than usual to be worth it. */
 const BOX_PX = 104;
 
