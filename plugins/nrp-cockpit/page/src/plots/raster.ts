@@ -36,7 +36,7 @@ const HIGHEST = 48;
 export function layBands(sizes: readonly number[], inSight: number, { from, to } = ALL): Band[] {
   const height = inSight / (to - from);
   const many = sizes.length > MANY;
-  const [gap, even] = many ? [SMALL_GAP, 0.8] : [GAP, 0.5];
+  const [gap, even] = many ? [SMALL_GAP, 0.9] : [GAP, 0.5];
   const room = Math.max(0, height - gap * (sizes.length - 1));
   const all = sizes.reduce((sum, size) => sum + size, 0);
   const few = inSight / all >= GAPPED;

@@ -57,7 +57,7 @@ const NAME_PX = 10;
 const MANY = 8;
 /** The room of a name alone. */
 const NAMES_PX = MARGIN.left - 12;
-/** The room of a name beside numbers, at least; with less it takes the place of the first number. */
+/** The room of a name beside numbers, at least. */
 const LEAST_NAME_PX = 28;
 
 /** Names bands and, where `numbered` and their lines are high enough, neurons by the brain's own numbers. */
@@ -70,16 +70,20 @@ export function drawNames({ pen, colours, ratio }: Sheet, rows: readonly Row[], 
     const pitch = row.band.pitch / ratio;
     const isNumbered = numbered && pitch >= LABEL_PX;
     const room = NAMES_PX - (isNumbered ? digitsPx(pen, row) : 0);
-    const isNarrow = room < LEAST_NAME_PX;
+    const isNarrow = isTight(pen, row, room);
     free = drawName(pen, row, isNumbered ? pitch : LABEL_PX, isNarrow ? NAMES_PX : room, free);
     if (isNumbered) drawNumbers(pen, row, TOP + row.band.top / ratio, pitch, Number(isNarrow));
   }
 }
 
-/** Names a band at its first line unless that is not free, and returns the height at which the next may stand. */
+/** Whether the name takes the place of the first number: that of a band of one cell is not cut for it. */
+const isTight = (pen: Pen, { cells, label }: Row, room: number): boolean =>
+  room < LEAST_NAME_PX || (cells.length === 1 && pen.measureText(label).width > room);
+
+/** Names a band at its first line, or lower if that is not free, and returns the height at which the next may stand. */
 function drawName(pen: Pen, { label, top, bottom }: Row, line: number, room: number, free: number): number {
-  const y = top + Math.min(line, bottom - top) / 2;
-  if (y < free) return free;
+  const y = Math.max(free, top + Math.min(line, bottom - top) / 2);
+  if (y > bottom) return free;
   pen.textAlign = "left";
   pen.fillText(shortened(pen, label, room), 8, y);
   return y + NAME_PX;

@@ -38,7 +38,8 @@ test("the texts of an axis are numbers that differ, each nearest to its tick", (
         const ticks = ticksBetween(from * 10 ** size, (from + 10 ** -share) * 10 ** size, 2);
         const step = (ticks[1] ?? Number.NaN) - (ticks[0] ?? Number.NaN);
         expect(ticks.length).toBeGreaterThanOrEqual(2);
-        for (const tick of ticks) expect(Math.abs(Number(tickText(tick, step)) - tick)).toBeLessThan(step / 20);
+        for (const tick of ticks)
+          expect(Math.abs(Number(tickText(tick, step)) - tick)).toBeLessThan(step / 20);
       }
 });
 
