@@ -51,6 +51,7 @@ def test_it_is_scrubbed_and_played_from_the_disk(shared: str, watched: Watched):
     expect(page.get_by_role("navigation", name="Views").get_by_role("link")).to_have_text(
         ["Cockpit", "Functions"]
     )
+    expect(page.get_by_text("to push it")).to_have_count(0)  # a recording cannot be pushed
     page.get_by_role("link", name="Functions").click()
     expect(page.get_by_role("main")).to_contain_text("listing1.py")
 

@@ -1,6 +1,6 @@
 import { useEffect, useRef, useState } from "react";
 import { usePanelChoice } from "../state/panelChoices";
-import { useRun } from "../state/run";
+import { useMissing, useRun } from "../state/run";
 import { counted } from "../ui/counts";
 import { Empty, Panel } from "../ui/Panel";
 import { Axes } from "./Axes";
@@ -24,6 +24,7 @@ export default function ScenePanel() {
   const made = useViewer(canvas);
   const viewer = made instanceof Viewer ? made : null;
   const experiment = useRun((run) => run.experiment);
+  const pushes = useMissing("push") === undefined;
   useMode(viewer, mode, experiment?.robots[0]);
   useLayers(viewer);
   const dragged = useSteering(canvas, viewer, mode);
@@ -52,7 +53,13 @@ export default function ScenePanel() {
       )}
       <EditBar canvas={canvas} />
       <p className="scene-hint tall" aria-hidden="true">
-        drag to orbit · <kbd>Shift</kbd> drag to pan · <kbd>Alt</kbd> drag a body to push it
+        drag to orbit · <kbd>Shift</kbd> drag to pan
+        {pushes && (
+          <>
+            {" "}
+            · <kbd>Alt</kbd> drag a body to push it
+          </>
+        )}
       </p>
     </Panel>
   );
