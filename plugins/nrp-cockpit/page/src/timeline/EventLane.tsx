@@ -71,6 +71,9 @@ const failureMark = (failure: Failure): Mark => ({
 
 const happened = (event: Event): event is Event & { t_s: number } => event.t_s !== null;
 
+/** What is waited for never takes more of the lane, in percent, and no more than half of what follows the last mark. */
+const MOST_WAITING = 40;
+
 /** Events as diamonds, interventions as triangles, changes by hand as discs, failures of functions as red squares, and at the right end what is waited for. */
 export function EventLane({ data, span }: { data: TimelineData; span: Span }) {
   const waiting = data.events.filter((event) => event.t_s === null);
@@ -80,15 +83,17 @@ export function EventLane({ data, span }: { data: TimelineData; span: Span }) {
     ...data.edits.map(editMark),
     ...data.failures.map(failureMark),
   ].sort((a, b) => a.t_s - b.t_s);
+  const places = marks.map(({ t_s }) => percent(span, t_s));
+  const last = Math.max(0, ...places.filter((place) => place < 100));
+  const kept = waiting.length > 0 ? Math.min(MOST_WAITING, (100 - last) / 2) : 0;
   return (
     <ul className="timeline-lane" aria-label="Events">
       {marks.map((mark, at) => {
-        const next = marks[at + 1];
-        const from = percent(span, mark.t_s);
-        const room = (next ? percent(span, next.t_s) : Math.max(from, 100)) - from;
+        const from = places[at] ?? 0;
+        const room = Math.max(from, Math.min(places[at + 1] ?? 100, 100 - kept)) - from;
         return <MarkItem key={mark.key} mark={mark} from={from} room={room} />;
       })}
-      {waiting.length > 0 && <Waiting events={waiting} />}
+      {waiting.length > 0 && <Waiting events={waiting} room={kept} />}
     </ul>
   );
 }
@@ -112,11 +117,11 @@ function MarkItem({ mark, from, room }: { mark: Mark; from: number; room: number
   );
 }
 
-function Waiting({ events }: { events: readonly Event[] }) {
+function Waiting({ events, room }: { events: readonly Event[]; room: number }) {
   const [first, ...others] = events.map(({ name, waits_for }) => `${name}: ${waits_for}`);
   return (
     <Tooltip text={[first, ...others].join("; ")}>
-      <li className="timeline-waiting">
+      <li className="timeline-waiting" style={{ maxWidth: `max(28px, ${room}%)` }}>
         <Icon name="clock" small />
         <span className="cut">{first}</span>
         {others.length > 0 && <span aria-hidden="true">+{others.length}</span>}
