@@ -1,4 +1,4 @@
-import { type DragEvent, useContext, useEffect, useMemo } from "react";
+import { type DragEvent, useContext, useEffect, useMemo, useRef } from "react";
 import { PanelContext } from "../state/panelContext";
 import { useRun } from "../state/run";
 import { carriesTrace, dropTrace, useTraces } from "../state/traces";
@@ -25,6 +25,7 @@ export function TracesPanel() {
   useFirstTraces(id);
   useTraceValues(traces);
   const groups = groupsOf(traces, devices, topics);
+  const list = useNewInSight(groups.length);
   const tools = (
     <>
       <AddTrace panel={id} />
@@ -34,7 +35,12 @@ export function TracesPanel() {
   return (
     <Panel title="Devices and topics" tools={tools} className="plot traces scroll">
       {/* biome-ignore lint/a11y/noStaticElementInteractions: only a place to drop on; the menu Add does the same */}
-      <div className="traces-drop" onDragOver={over} onDrop={(event) => dropTrace(event.dataTransfer, id)}>
+      <div
+        className="traces-drop"
+        ref={list}
+        onDragOver={over}
+        onDrop={(event) => dropTrace(event.dataTransfer, id)}
+      >
         {groups.length === 0 && <Empty>Drag a variable here, or choose Add.</Empty>}
         {groups.map((group, at) => (
           <TraceGroup key={group.title} group={group} last={at === groups.length - 1} />
@@ -42,6 +48,18 @@ export function TracesPanel() {
       </div>
     </Panel>
   );
+}
+
+/** Brings an axis into sight that a person adds. */
+function useNewInSight(axes: number) {
+  const list = useRef<HTMLDivElement>(null);
+  const before = useRef(axes);
+  useEffect(() => {
+    const isAdded = axes > before.current && useTraces.getState().chosen;
+    before.current = axes;
+    if (isAdded) list.current?.lastElementChild?.scrollIntoView({ block: "nearest" });
+  }, [axes]);
+  return list;
 }
 
 let offered = "";

@@ -1,3 +1,4 @@
+import { useRun } from "../state/run";
 import { clock } from "./clock";
 import { type Curve, curveOf } from "./curve";
 import type { Shown } from "./groups";
@@ -9,9 +10,9 @@ import type { Sheet } from "./useCanvas";
 export const TOP = 4;
 
 /** The extent of the values with a little room; a level line lies in the middle. */
-function extentOf(curves: readonly Curve[]): [number, number] {
-  const lowest = Math.min(...curves.map((curve) => curve.lowest));
-  const highest = Math.max(...curves.map((curve) => curve.highest));
+function extentOf(curves: readonly Curve[], limits: readonly number[]): [number, number] {
+  const lowest = Math.min(...curves.map((curve) => curve.lowest), ...limits);
+  const highest = Math.max(...curves.map((curve) => curve.highest), ...limits);
   if (!Number.isFinite(lowest)) return [0, 1];
   const room = (highest - lowest) * 0.06 || Math.abs(highest) * 0.5 || 1;
   return [lowest - room, highest + room];
@@ -25,9 +26,11 @@ export function paintCurves(sheet: Sheet, scale: TimeScale, shown: readonly Show
     .flatMap(({ trace }) => leftOf(trace) ?? [])
     .filter((ring) => ring.lastTime > scale.from_s)
     .map((ring) => curveOf(ring, scale, ring.lastTime));
-  const [low, high] = extentOf([...curves, ...left]);
+  const limits = limitsOf(shown);
+  const [low, high] = extentOf([...curves, ...left], limits);
   const yOf = (value: number) => bottom - ((value - low) / (high - low)) * (bottom - TOP);
   paintValues(sheet, scale, [low, high], yOf, bottom);
+  paintLimits(sheet, scale, limits.map(yOf));
   pen.strokeStyle = colours.text3;
   for (const curve of left) strokeCurve(sheet, curve, yOf);
   shown.forEach(({ trace, colour }, at) => {
@@ -40,6 +43,29 @@ export function paintCurves(sheet: Sheet, scale: TimeScale, shown: readonly Show
     pen.restore();
   });
   return high - low;
+}
+
+/** The limits that criteria set to what is shown. */
+function limitsOf(shown: readonly Shown[]): number[] {
+  const criteria = useRun.getState().timeline?.criteria ?? [];
+  return criteria.flatMap(({ curve }) => {
+    const isShown = shown.some(({ trace }) => trace.topic === curve?.topic && trace.path === curve.path);
+    return isShown ? (curve?.limits ?? []) : [];
+  });
+}
+
+/** A dashed line at the height of each limit. */
+function paintLimits({ pen, colours }: Sheet, { left, right }: TimeScale, heights: readonly number[]): void {
+  pen.strokeStyle = colours.text;
+  pen.lineWidth = 1;
+  pen.setLineDash([6, 3]);
+  for (const y of heights) {
+    pen.beginPath();
+    pen.moveTo(left, Math.round(y) + 0.5);
+    pen.lineTo(right, Math.round(y) + 0.5);
+    pen.stroke();
+  }
+  pen.setLineDash([]);
 }
 
 /** Lets nothing be drawn where the page did not listen: what a value was there is not known. */

@@ -181,7 +181,15 @@ export interface TimelineData {
   events: { name: string; t_s: number | null; waits_for: string }[];
   /** Changes of the brain during the run, past and future. */
   interventions: { name: string; t_s: number }[];
-  criteria: { name: string; passed: boolean | null; from_s: number; to_s: number; text: string }[];
+  criteria: {
+    name: string;
+    passed: boolean | null;
+    from_s: number;
+    to_s: number;
+    text: string;
+    /** What it measures, if that is a number of a topic, and its limits. */
+    curve?: { topic: string; path: string; limits: number[] } | null;
+  }[];
   failures: { t_s: number; function: string; message: string }[];
   /** Those that were asked for, and (`left`) the ends of futures that the run has left. */
   snapshots: { id: string; t_s: number; left: boolean }[];

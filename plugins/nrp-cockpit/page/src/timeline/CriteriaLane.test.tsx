@@ -2,9 +2,13 @@
 import { cleanup, fireEvent, render, screen } from "@testing-library/react";
 import { afterEach, expect, test } from "vitest";
 import { useNotices } from "../state/notices";
+import { useTraces } from "../state/traces";
 import { CriteriaLane } from "./CriteriaLane";
 
-afterEach(cleanup);
+afterEach(() => {
+  cleanup();
+  useTraces.setState({ traces: [], chosen: false });
+});
 
 test("a criterion that is not met says why, and is a button so that a click goes to no other time", () => {
   const reason = "0.6 m, more than 0.5 m";
@@ -19,13 +23,16 @@ test("a criterion that is not met says why, and is a button so that a click goes
   expect(screen.getAllByRole("button")).toHaveLength(1);
 });
 
-test("a click on a failed criterion says its value, its limit and when it was decided", () => {
-  const criteria = [{ name: "stops", passed: false, from_s: 9, to_s: 10, text: "0.6 m, more than 0.5 m" }];
+test("a click on a failed criterion says its value, its limit and when it was decided, and adds its curve", () => {
+  const curve = { topic: "/gaze/error", path: "data", limits: [0.5] };
+  const one = { name: "stops", passed: false, from_s: 9, to_s: 10, text: "0.6 m, more than 0.5 m" };
+  const criteria = [{ ...one, curve }];
   render(<CriteriaLane criteria={criteria} span={{ from_s: 0, to_s: 10 }} />);
   fireEvent.click(screen.getByRole("button"));
   expect(useNotices.getState().notices.map(({ text }) => text)).toEqual([
     "stops, not met at 10.00 s, watched from 9.00 s: 0.6 m, more than 0.5 m",
   ]);
+  expect(useTraces.getState().traces).toEqual([{ topic: "/gaze/error", path: "data" }]);
 });
 
 test("the words beside a failed criterion cover no other one", () => {

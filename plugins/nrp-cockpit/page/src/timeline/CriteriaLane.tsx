@@ -1,5 +1,6 @@
 import type { CSSProperties } from "react";
 import { notify } from "../state/notices";
+import { addTrace } from "../state/traces";
 import type { TimelineData } from "../state/types";
 import { Icon, type IconName } from "../ui/Icon";
 import { Tooltip } from "../ui/Tooltip";
@@ -23,6 +24,12 @@ function withWords({ from_s, to_s }: Span, span: Span): Span {
   return percent(span, from_s) > LATE ? { from_s: span.from_s, to_s } : { from_s, to_s: span.to_s };
 }
 
+/** Says why a criterion is not met, and shows what it measures as a curve. */
+function explain({ name, from_s, to_s, text, curve }: TimelineData["criteria"][number]): void {
+  notify(`${name}, not met at ${seconds(to_s)}, watched from ${seconds(from_s)}: ${text}`);
+  if (curve) addTrace({ topic: curve.topic, path: curve.path });
+}
+
 /**
  * Criteria as bars over the time that they watch; hatched while they are not decided. The more overlap, the thinner.
  * Those that are not met say why, also beside a short bar; a click on them goes to no other time.
@@ -39,7 +46,8 @@ export function CriteriaLane({ criteria, span }: { criteria: TimelineData["crite
       data-few={criteria.length < 2}
       data-many={criteria.length > 3}
     >
-      {criteria.map(({ name, passed, from_s, to_s, text }, at) => {
+      {criteria.map((one, at) => {
+        const { name, passed, from_s, to_s, text } = one;
         const { look, icon, words } = looks[`${passed}`];
         const from = Math.max(percent(span, from_s), 0);
         const to = Math.min(percent(span, to_s), 100);
@@ -53,14 +61,7 @@ export function CriteriaLane({ criteria, span }: { criteria: TimelineData["crite
               <Bar
                 type={failed ? "button" : undefined}
                 className="timeline-bar"
-                onClick={
-                  failed
-                    ? () =>
-                        notify(
-                          `${name}, not met at ${seconds(to_s)}, watched from ${seconds(from_s)}: ${text}`,
-                        )
-                    : undefined
-                }
+                onClick={failed ? () => explain(one) : undefined}
               >
                 <Icon name={icon} small />
                 <span className="cut">

@@ -12,6 +12,7 @@ from nrp_core.clock import seconds
 from nrp_core.dsl import TransferFunction
 from nrp_core.experiment import Criterion, Event, Experiment, Run, Verdict
 from nrp_core.findings import Finding, Level, Weight
+from nrp_core.observables.observable import topic_of
 
 _OPEN = Verdict(None, None, None, None, None, "not decided")
 
@@ -120,7 +121,26 @@ def criterion_data(
         to_s = _moment_s(criterion.by, events, duration_s)
     if verdict.decided_s is not None:
         to_s = verdict.decided_s
-    return {"name": name, "passed": verdict.passed, "from_s": from_s, "to_s": to_s, "text": verdict.reason}
+    return {
+        "name": name, "passed": verdict.passed, "from_s": from_s, "to_s": to_s, "text": verdict.reason,
+        "curve": _curve(criterion),
+    }  # fmt: skip
+
+
+def _curve(criterion: Criterion) -> dict[str, Any] | None:
+    """Return the topic and field of what a criterion measures, with its limits; None: it has no topic.
+
+    A limit with a unit of its own is left out.
+    """
+    stays, observable = criterion.topic_stays, criterion.observable
+    if stays is not None:
+        topic, path, bounds = stays.name, stays.field, [stays.above, stays.below]
+    elif isinstance(observable, str):
+        topic, path = topic_of(observable), "data"
+        bounds = [criterion.above, criterion.below, *(criterion.between or ())]
+    else:
+        return None
+    return {"topic": topic, "path": path, "limits": [one for one in bounds if isinstance(one, int | float)]}
 
 
 def _moment_s(moment: int | str, events: Mapping[str, float | None], otherwise: float) -> float:
