@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from typing import cast
 
 import pytest
 from nrp_cockpit.wire.channels import Channel, Kind, Sent
@@ -67,6 +69,31 @@ def test_messages_are_passed_although_their_block_fails() -> None:
     except ZeroDivisionError:
         pass
     assert listener.writes == [[b"1"]]
+
+
+class Woken:
+    """A loop of a server that counts how often it is woken, and then makes the call."""
+
+    times = 0
+
+    def call_soon_threadsafe(self, call: Callable[[], None]) -> None:
+        self.times += 1
+        call()
+
+
+def test_a_server_without_clients_is_rarely_woken_and_who_enters_finds_all_that_was_sent() -> None:
+    hub, loop, listener = Hub(), Woken(), Written()
+    hub.attach(cast(asyncio.AbstractEventLoop, loop))
+    hub.offer_json("/a")
+    hub.remember(["/a"], 0)
+    before = loop.times
+    for number in range(1000):
+        hub.send_json("/a", number, number)
+    assert 1 < loop.times - before < 50
+    hub.enter(listener)
+    assert [int(sent.payload) for sent in hub.memory.of("/a")[1]] == list(range(1000))
+    hub.send_json("/a", 1000, 1000)
+    assert listener.writes[-1] == [b"1000"]
 
 
 @pytest.fixture

@@ -9,9 +9,16 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from nrp_cockpit.streaming.live import LiveStream
 from nrp_cockpit.wire.channels import Channel, Sent
+from nrp_cockpit.wire.hub import Hub
 from nrp_cockpit.wire.memory import PAST, Memory
-from visitors import Cockpit, Visitor, cockpit, portions
+from visitors import SMALL, Cockpit, Visitor, cockpit, portions
+
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
+from nrp_core.messages.cdr import Codec
+from nrp_core.messages.sensor_msgs import Image
 
 TOPICS = {name: Channel(n, name, "cdr", "", "") for n, name in enumerate(("/a", "/b"), 1)}
 SPIKES, CAMERA, MODELS = "/brain/circuit/spikes", "/husky/camera", "/gazebo/model_states"
@@ -204,3 +211,41 @@ def test_a_run_is_remembered_after_its_last_client_has_left(opened: Cockpit) -> 
     with opened.visit() as late:
         times_ns = {one.t_ns for one in portions(late.call, MODELS)}
         assert times_ns == {0, 40_000_000, 80_000_000, 100_000_000}
+
+
+def test_images_are_encoded_when_somebody_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    encoded: list[Any] = []
+    encode = Codec.encode
+
+    def note(codec: Codec, message: Any) -> memoryview:
+        encoded.append(message)
+        return encode(codec, message)
+
+    monkeypatch.setattr(Codec, "encode", note)
+    with cockpit() as opened:
+        session = opened.session
+        session.ask(lambda: session.step(10))
+        assert encoded
+        assert not any(isinstance(each, Image) for each in encoded)
+        with opened.visit() as late:
+            late.subscribe(PAST, CAMERA)
+            late.until(lambda: late.heard[CAMERA])
+        (image,) = (each for each in encoded if isinstance(each, Image))
+        assert late.heard[CAMERA][0].payload == bytes(encode(Codec(), image))
+
+
+def test_a_run_that_nobody_watches_keeps_within_a_small_memory_what_was_last() -> None:
+    hub, most_bytes = Hub(), 20_000
+    hub.memory = Memory(most_bytes)
+    with Run(load_experiment("braitenberg_husky", [SMALL])) as run:
+        stream = LiveStream(run, hub)
+        run.loop.hooks.after_step.append(lambda _: stream.take())
+        stream.take()
+        run.run_until(2.0)
+        pasts = {topic: hub.past_of(topic) for topic in stream.topics}
+        stream.close()
+    kept = [sent for _, messages in pasts.values() for sent in messages]
+    assert most_bytes / 2 < sum(sent.size + 200 for sent in kept) <= most_bytes
+    from_ns, spikes = pasts[SPIKES]
+    assert 0 < from_ns == spikes[0].t_ns
+    assert pasts["/husky/cmd_vel"][1][-1].t_ns >= 1_960_000_000

@@ -114,6 +114,7 @@ class LiveStream:
         self._kept: set[str] = set()  # topics to be remembered
         self._known: set[str] = set()  # topics that are remembered
         self._images: dict[str, int] = {}  # the topics of cameras, with the time between two images, ns
+        self._unseen: dict[str, RecordEntry] = {}  # their last images that nobody has seen
         self._wanted: set[str] = set()  # topics that are sent
         self._joined = 0
         self._steps = self._spent_ns = 0
@@ -147,6 +148,8 @@ class LiveStream:
             self._left.clear()
         if hub.subscribed is not self._subscribed or hub.joined[SCENE] != self._joined:
             self._follow()
+        if self._unseen and hub.listeners:
+            self._show_images()
         if self._open:
             began, now_ns = time.perf_counter_ns(), self._run.loop.now_ns
             is_step, self._now_ns = now_ns != self._now_ns, now_ns
@@ -164,6 +167,7 @@ class LiveStream:
             is_elsewhere: whether its past is another one from now on.
         """
         self._close_all()
+        self._show_images()
         self._hub.forget(self._sources)
         if is_elsewhere:
             self._known.clear()
@@ -186,8 +190,8 @@ class LiveStream:
         self._close_all()
         self._hub.forget(self._sources)
         self._hub.forget_past(self._known)
-        self._known.clear()
-        self._left.clear()
+        for each in (self._known, self._left, self._unseen):
+            each.clear()
 
     # -- subscriptions
 
@@ -225,6 +229,14 @@ class LiveStream:
     def _send(self, entry: RecordEntry) -> None:
         if entry.topic not in self._wanted:
             return
+        if entry.topic in self._images:
+            if not self._hub.listeners:
+                self._unseen[entry.topic] = entry  # drawing and encoding it takes longer than many a step
+                return
+            self._unseen.pop(entry.topic, None)
+        self._encode(entry)
+
+    def _encode(self, entry: RecordEntry) -> None:
         try:
             pieces = tuple(map(bytes, entry.parts)) or (self._codec.encode(entry.message),)
         except TopicError:
@@ -232,6 +244,12 @@ class LiveStream:
         channel = self._hub.channels[entry.topic]
         keep = entry.topic != SCENE and entry.kind is not nrp_msgs.Spikes  # new subscribers get all
         self._hub.send(Sent(channel, entry.t_ns, pieces), keep=keep)
+
+    def _show_images(self) -> None:
+        """Send the last images that were taken while nobody was there."""
+        unseen, self._unseen = self._unseen, {}
+        for entry in unseen.values():
+            self._encode(entry)
 
     # -- advertised topics
 
@@ -312,6 +330,7 @@ class LiveStream:
         for topic in topics:
             del self._sources[topic]
             self._images.pop(topic, None)
+            self._unseen.pop(topic, None)
         for each in (self._kept, self._known, self._wanted, self._left):
             each -= topics
         self._hub.withdraw(topics)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future
 from contextlib import contextmanager
@@ -15,6 +15,9 @@ from typing import Any, Protocol
 from nrp_cockpit.wire.channels import Channel, Channels, Kind, Sent
 from nrp_cockpit.wire.memory import MOST_MESSAGES, Memory
 from nrp_cockpit.wire.playback import Playback
+
+_MOST_BATCHES = 64
+"""Number of batches that wait while nobody listens: waking the other thread takes longer than a batch."""
 
 Service = Callable[..., Any]
 """Takes the fields of a request by name and returns a JSON value; any thread may call it."""
@@ -102,6 +105,7 @@ class Hub:
         self._waiting: list[tuple[Sent, bool]] = []
         self._tick_ns: int | None = None
         self._is_together = False
+        self._handed: deque[tuple[Callable[[Any], None], Any]] = deque()  # calls for the server's thread
         self._loop: asyncio.AbstractEventLoop | None = None
         self._dropped_before = 0
 
@@ -184,7 +188,9 @@ class Hub:
         if self._is_together or not (self._waiting or self._tick_ns is not None):
             return
         batch, self._waiting, self._tick_ns = (self._waiting, self._tick_ns), [], None
-        self._hand(self._spread, batch)
+        self._handed.append((self._spread, batch))
+        if self.listeners or len(self._handed) >= _MOST_BATCHES:
+            self._wake_server()
 
     def past_of(self, topic: str) -> tuple[int, list[Sent]]:
         """Return the time from which a topic is remembered, ns, and its messages.
@@ -235,6 +241,7 @@ class Hub:
     def enter(self, listener: Listener) -> None:
         """Add a client."""
         self.listeners[listener] = None
+        self._make_calls()  # it joins after all that was sent before
 
     def leave(self, listener: Listener, topics: Iterable[str]) -> None:
         """Remove a client and its subscriptions to these topics."""
@@ -300,14 +307,24 @@ class Hub:
             listener.announce([channel])
 
     def _hand(self, call: Callable[[Any], None], argument: Any) -> None:
-        """Have the thread of the server make a call; without a server, make it here."""
+        """Have the thread of the server make a call after all earlier ones."""
+        self._handed.append((call, argument))
+        self._wake_server()
+
+    def _wake_server(self) -> None:
+        """Have the thread of the server make the calls handed to it; without a server, make them here."""
         loop = self._loop
         if loop is None:
-            call(argument)
+            self._make_calls()
             return
         try:
-            loop.call_soon_threadsafe(call, argument)
+            loop.call_soon_threadsafe(self._make_calls)
         except RuntimeError:  # the server has stopped in the meantime
+            self._make_calls()
+
+    def _make_calls(self) -> None:
+        while self._handed:
+            call, argument = self._handed.popleft()
             call(argument)
 
 

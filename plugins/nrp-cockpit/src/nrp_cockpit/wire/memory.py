@@ -43,13 +43,13 @@ class _Past:
     size: int = 0
 
     def drop_first(self) -> None:
-        self.size -= _size(self.messages.popleft())
+        self.size -= self.messages.popleft().size + _OVERHEAD_BYTES
         if self.messages:
             self.from_ns = self.messages[0].t_ns
 
     def drop_from(self, t_ns: int) -> None:
         while self.messages and self.messages[-1].t_ns >= t_ns:
-            self.size -= _size(self.messages.pop())
+            self.size -= self.messages.pop().size + _OVERHEAD_BYTES
 
 
 class Memory:
@@ -104,7 +104,7 @@ class Memory:
         if past.messages and sent.t_ns < past.messages[-1].t_ns:
             past.drop_from(sent.t_ns)
         past.messages.append(sent)
-        past.size += _size(sent)
+        past.size += sent.size + _OVERHEAD_BYTES
         if len(past.messages) > past.most:
             past.drop_first()
         self._bytes += past.size - before
@@ -121,7 +121,3 @@ class Memory:
         self._bytes -= largest.size
         largest.drop_first()
         self._bytes += largest.size
-
-
-def _size(sent: Sent) -> int:
-    return sent.size + _OVERHEAD_BYTES
