@@ -453,6 +453,8 @@ def _flat_array(base: str) -> Prepare:
     dtype = np.dtype({"byte": "uint8", "char": "uint8"}.get(base, base))
 
     def prepare(value: Any) -> Any:
+        if type(value) is np.ndarray and value.dtype is dtype and value.ndim == 1 and value.flags.contiguous:
+            return value
         if isinstance(value, (bytes, bytearray, memoryview)):
             return np.frombuffer(value, dtype)
         if dtype == np.uint8 and isinstance(value, np.ndarray) and value.dtype.kind == "f":

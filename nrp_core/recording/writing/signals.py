@@ -254,7 +254,7 @@ class PopulationSpikes(Signal):
         spikes = self._port.take()
         if not len(spikes):
             return
-        owners = np.searchsorted(self._offsets, spikes.neurons, side="right") - 1
+        owners = self._offsets[1:].searchsorted(spikes.neurons, "right")
         for owner, count in enumerate(np.bincount(owners).tolist()):
             if not count or self._is_excluded[owner]:
                 continue
