@@ -21,6 +21,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from contextlib import ExitStack, closing
+from functools import partial
 from importlib.resources import files
 from importlib.util import find_spec
 from multiprocessing import active_children
@@ -104,8 +105,7 @@ def measure(what: str, step: Callable[[Any], object], physics: Physics, rows: An
     spent = np.zeros(2)
     for efforts in rows:
         physics.load()
-        ours = spent_s(lambda efforts=efforts: step(efforts))
-        spent += ours, spent_s(lambda efforts=efforts: physics.step(efforts))
+        spent += spent_s(partial(step, efforts)), spent_s(partial(physics.step, efforts))
         physics.compare()
     copy_us, alone_us = spent / rows.shape[0] / rows.shape[1] * 1e6
     ratio = copy_us / alone_us
@@ -134,7 +134,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder, ExitStack() as opened:
         path = write_experiment(Path(folder))
         env = opened.enter_context(closing(make_env(path, **AGENT)))
-        envs = opened.enter_context(closing(make_vec(path, num_envs=given.copies, threads=1, **AGENT)))
+        envs: Any = opened.enter_context(closing(make_vec(path, num_envs=given.copies, threads=1, **AGENT)))
 
         def alone(efforts: Any) -> None:
             env.step({name: efforts[0, [place]] for place, name in enumerate(NAMES)})
