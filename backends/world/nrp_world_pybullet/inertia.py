@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from math import dist
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from nrp_core._support.quiet import quiet
 from nrp_core._support.small_matrices import product
 from nrp_core.scene.merged_bodies import Body
 from nrp_core.scene.model import Inertial
-from nrp_core.scene.rigid import Vector
+from nrp_core.scene.rigid import Pose, Vector
 from nrp_core.world.engine_kit.elimination import solve
 from nrp_world_pybullet.build import BodyHandle
 from nrp_world_pybullet.library import bullet
@@ -52,6 +53,10 @@ class Inertia:
                     self._matrix(np.zeros(sum(len(joint.coordinates) for joint in joints)))
                 except SystemError:  # it refuses the tensor of a heavy body if rounding made it unsymmetric
                     self._native = False
+        _, turn = bullet.getBasePositionAndOrientation(multibody, client)
+        along_base = Pose(orientation=turn).rotate_back(self._bodies.gravity)
+        self._level = dist(along_base, self._bodies.gravity) < 1e-9
+        """Whether gravity is the same along the axes of the base, for which PyBullet's routine takes it."""
 
     def now(self, positions: FloatArray) -> FloatArray:
         """Return the joint-space inertia with a free base, shape ``(n, n)``.
@@ -67,7 +72,7 @@ class Inertia:
 
         The efforts act against gravity and velocities, N m or N, shape ``(n,)``; a free base accelerates.
         """
-        if self._base or not self._native:
+        if self._base or not (self._native and self._level):
             return self._reduce(*self._bodies.find())
         state = positions.tolist(), velocities.tolist(), [0.0] * len(positions)
         bias = bullet.calculateInverseDynamics(self._multibody, *state, physicsClientId=self._client)
@@ -249,12 +254,14 @@ class _Bodies:
         moved = np.array([[row in line for line in above] for row, *_ in ways], bool)
         moved = moved.reshape(len(ways), len(heavy))
         engine = bullet.getPhysicsEngineParameters(client)
+        self.gravity = tuple(engine[f"gravityAcceleration{axis}"] for axis in "XYZ")
+        """m/s^2."""
         self._shape: tuple[Any, ...] = (
             np.array(parents, np.int64),
             np.array([inertial.mass for inertial in inertials]),
             np.array([inertial.inertia[:3] for inertial in inertials], float).reshape(-1, 3),
             np.array([back.position for back in backs], float).reshape(-1, 3),
-            np.array([engine[f"gravityAcceleration{axis}"] for axis in "XYZ"]),
+            np.array(self.gravity),
             owners,
             np.array([backs[row].rotate(axis) for row, axis, _ in ways], float).reshape(-1, 3),
             np.array([sliding for *_, sliding in ways], bool),

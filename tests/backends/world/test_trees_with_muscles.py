@@ -53,7 +53,7 @@ class RandomTree:
         )
         self.text = (
             '<mujoco><option integrator="implicitfast" tolerance="1e-14" iterations="500"/><worldbody>'
-            f'<body name="base" pos="0 0 1">{root}'
+            f'<body name="base" pos="0 0 1" euler="{40 * (seed % 2)} 20 0">{root}'
             f'<inertial mass="1" pos="0 0 0" diaginertia=".01 .02 .015"/>{bodies}'
             f"</body></worldbody><tendon>{tendons}</tendon><actuator>{muscles}</actuator>"
             f"<equality>{self._couplings()}</equality></mujoco>"
