@@ -13,11 +13,9 @@ from nrp_core.errors import CapabilityError
 from nrp_core.scene.consistency import WORLD
 from nrp_core.scene.model import Model, Scene
 from nrp_core.scene.rigid import Pose
-from nrp_core.world.drives.muscles import MUJOCO_RANGE, Muscle, muscles_of
+from nrp_core.world.drives.muscles import LEAST_CONTROL, MUJOCO_RANGE, Muscle, muscles_of
 from nrp_world_mujoco.library import mujoco
 
-_LEAST_CONTROL = 0.01
-"""Files have small controls in place of 0."""
 _PARAMETERS = 10
 """The size of MuJoCo's arrays of parameters."""
 
@@ -138,7 +136,7 @@ def _is_straight(m: Any, number: int) -> bool:
     control = int(m.actuator_ctrladr[number])
     low, high = m.actuator_ctrlrange[control].tolist() if m.actuator_ctrllimited[control] else (0.0, 1.0)
     return (
-        low <= _LEAST_CONTROL
+        low <= LEAST_CONTROL
         and high >= 1
         and bool((m.wrap_type[path] == mujoco.mjtWrap.mjWRAP_SITE).all())
         and not any(np.any(each[tendon]) for each in limited)

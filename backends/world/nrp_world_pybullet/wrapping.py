@@ -7,7 +7,6 @@ Only the routines for positions are used (``mj_kinematics``, ``mj_comPos``, ``mj
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core._support.small_matrices import product
 from nrp_core.errors import CapabilityError
 from nrp_core.scene.model import Model
+from nrp_core.world.drives.muscles import LEAST_CONTROL
 from nrp_world_pybullet.build import BodyHandle
 from nrp_world_pybullet.library import bullet
 
@@ -51,14 +51,15 @@ class WrappingMuscles:
         import mujoco
 
         self._engine, self._client = mujoco, client
-        file = model.source.file if model.source is not None else None
-        if file is None or file.suffix != ".xml":
-            raise CapabilityError(_refusal(model, muscles[0], "its file is not an .xml file of MuJoCo"))
-        m = self._m = _compile(file, file.stat().st_mtime_ns)
+        file = model.source.file if model.source is not None else Path()
+        try:
+            m = self._m = _compile(file, model.native)
+        except ValueError as error:
+            why = f"MuJoCo cannot read its file: {' '.join(str(error).split())}"
+            raise CapabilityError(_refusal(model, muscles[0], why)) from None
         self._data = mujoco.MjData(m)
-        single = [int(kind) for kind in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)]
-        known = {m.actuator(n).name: n for n in range(m.nu)}
-        singles = {m.joint(n).name: n for n in range(m.njnt) if m.jnt_type[n] in single}
+        known = {m.actuator(n).name or f"actuator_{n}": n for n in range(m.nu)}
+        singles = dict(_singles(m))
         for name in muscles:
             for why in _obstacles(m, known.get(name), floats):
                 raise CapabilityError(_refusal(model, name, why))
@@ -98,12 +99,31 @@ class WrappingMuscles:
         return data.actuator_length[self._outputs] / self._gears, product(moments, velocities), moments
 
 
-@lru_cache(maxsize=8)
-def _compile(file: Path, _changed_ns: int) -> Any:
-    """Return the compiled model of a file; the time of its last change makes another one of it."""
+_compiled: dict[int, tuple[object, Any]] = {}
+_MOST = 8
+
+
+def _compile(file: Path, reading: object) -> Any:
+    """Return the compiled model of a file, once for a reading of it; MuJoCo does not say what it includes."""
     import mujoco
 
-    return mujoco.MjModel.from_xml_path(str(file))
+    if id(reading) not in _compiled:
+        compiled = mujoco.MjModel.from_xml_path(str(file))
+        for oldest in list(_compiled)[: 1 - _MOST]:
+            del _compiled[oldest]
+        _compiled[id(reading)] = reading, compiled  # which holds it, so that no other one gets its number
+    return _compiled[id(reading)][1]
+
+
+def _singles(m: Any) -> Iterator[tuple[str, int]]:
+    """Yield the joints of one degree of freedom by their names in the scene."""
+    import mujoco
+
+    bodies = {"ground", *(m.body(n).name or f"body_{n}" for n in range(1, m.nbody))}
+    for n in range(m.njnt):
+        if m.jnt_type[n] in (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)):
+            name = m.joint(n).name or f"joint_{n}"
+            yield f"{name}_joint" if name in bodies else name, n
 
 
 def _obstacles(m: Any, number: int | None, floats: bool) -> Iterator[str]:
@@ -116,6 +136,10 @@ def _obstacles(m: Any, number: int | None, floats: bool) -> Iterator[str]:
     active, passive = m.actuator_gainprm[number][:9], m.actuator_biasprm[number][:9]
     if m.actuator_biastype[number] != mujoco.mjtBias.mjBIAS_MUSCLE or (active != passive).any():
         yield "its passive force has another curve than the active one"
+    control = int(m.actuator_ctrladr[number])
+    low, high = m.actuator_ctrlrange[control]
+    if m.actuator_ctrllimited[control] and (low > LEAST_CONTROL or high < 1.0):
+        yield f"its control is limited to {low:g} to {high:g}"
     for name, what in _OF_ACTUATORS.items():
         if np.any(getattr(m, f"actuator_{name}")[number]):
             yield f"it has {what}"
@@ -132,4 +156,4 @@ def _obstacles(m: Any, number: int | None, floats: bool) -> Iterator[str]:
 
 
 def _refusal(model: Model, muscle: str, why: str) -> str:
-    return f"PyBullet cannot simulate the muscle '{muscle}' of '{model.name}', which wraps: {why}"
+    return f"PyBullet cannot simulate the muscle '{muscle}' of '{model.name}': {why}"

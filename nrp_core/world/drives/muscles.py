@@ -41,6 +41,8 @@ ALL = "muscles"
 """The group of all muscles of a model in MJCF."""
 MUJOCO_RANGE = (0.75, 1.05)
 """MuJoCo's normalised lengths at the ends of a range of lengths."""
+LEAST_CONTROL = 0.01
+"""Files have small controls in place of 0."""
 _SLENDER = 0.04
 """The radius of a muscle in optimal lengths."""
 _TURN = 1e-5

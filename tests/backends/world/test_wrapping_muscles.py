@@ -67,9 +67,46 @@ def test_a_leg_whose_muscles_wrap_moves_as_in_mujoco_alone(root: str, tmp_path: 
     assert moved > 0.05
 
 
-@pytest.mark.parametrize("tendon", [' limited="true" range="0.1 0.5"', ' stiffness="10"'])
-def test_a_tendon_with_forces_of_its_own_is_refused(tendon: str, tmp_path: Path, golden: Golden) -> None:
+def lengths_in(file: Path) -> np.ndarray:
+    with opened(file) as world:
+        return np.array(world.subscribe("/base/muscles/state").latest.message.length)
+
+
+def test_a_file_has_any_suffix_and_parts_without_names_or_with_those_of_bodies(tmp_path: Path) -> None:
+    text = LEG.format(root="", tendon="")
+    plain, other = tmp_path / "leg.xml", tmp_path / "leg.mjcf"
+    plain.write_text(text)
+    text = text.replace('<joint name="hip"', "<joint").replace('"knee"', '"lower"')
+    other.write_text(text.replace('<muscle name="front"', "<muscle"))
+    np.testing.assert_array_equal(lengths_in(other), lengths_in(plain))
+
+
+def test_a_changed_file_that_is_included_is_read_again(tmp_path: Path) -> None:
+    head, rest = LEG.format(root="", tendon="").split("<worldbody>")
+    body, after = rest.split("</worldbody>")
+    whole, part = tmp_path / "leg.xml", tmp_path / "body.xml"
+    whole.write_text(f'{head}<worldbody><include file="body.xml"/></worldbody>{after}')
+    part.write_text(f"<mujocoinclude>{body}</mujocoinclude>")
+    lengths_in(whole)
+    part.write_text(part.read_text().replace('name="d" pos="0.02', 'name="d" pos="0.04'))
+    model = mujoco.MjModel.from_xml_path(str(whole))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    np.testing.assert_allclose(lengths_in(whole), data.actuator_length / model.actuator_gear[:, 0])
+
+
+@pytest.mark.parametrize(
+    ("place", "more"),
+    [
+        ('name="front"', ' limited="true" range="0.1 0.5"'),
+        ('name="front"', ' stiffness="10"'),
+        ('tendon="front"', ' ctrlrange="0 0.5"'),
+    ],
+)
+def test_a_muscle_with_properties_that_only_mujoco_has_is_refused(
+    place: str, more: str, tmp_path: Path, golden: Golden
+) -> None:
     file = tmp_path / "leg.xml"
-    file.write_text(LEG.format(root="", tendon=tendon))
+    file.write_text(LEG.format(root="", tendon="").replace(place, place + more, 1))
     with golden.raises(CapabilityError, match="'front' of 'base'"):
         opened(file)
