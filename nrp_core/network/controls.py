@@ -46,7 +46,7 @@ def rewired(network: Network, seeds: Seeds) -> Network:
 def with_shuffled_weights(network: Network, seeds: Seeds) -> Network:
     """Return the network with the weights of each projection permuted among its synapses.
 
-    The order is another than before; a projection whose weights are all equal is unchanged.
+    The order differs from the original; a projection whose weights are all equal is unchanged.
     """
 
     def shuffled(projection: Projection, rng: np.random.Generator) -> Projection:
@@ -117,8 +117,8 @@ def with_matched_cells_silenced(network: Network, cells: str, seeds: Seeds) -> N
         lacking = int(mine.sum()) - int(np.isin(ids, np.concatenate(drawn)).sum())
         if lacking > len(rest):
             raise NetworkError(
-                f"'{cells}' has {mine.sum()} cells of '{label}'; to silence instead, {others.sum()} other "
-                "cells of it have synapses"
+                f"'{cells}' has {mine.sum()} cells of '{label}', but only {others.sum()} other cells of "
+                f"'{label}' have outgoing synapses and can be silenced instead"
             )
         drawn.append(rng.choice(rest, lacking, False))
     matched = np.sort(np.concatenate(drawn))
@@ -154,7 +154,7 @@ def _each(
 
 
 def _permuted(values: npt.NDArray[Any], rng: np.random.Generator) -> npt.NDArray[Any]:
-    """Return values, which must not all be equal, in a random order that is not their own."""
+    """Return values, which must not all be equal, in a random order that differs from theirs."""
     while np.array_equal(drawn := rng.permutation(values), values):
         pass
     return drawn

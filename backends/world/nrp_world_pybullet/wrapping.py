@@ -104,14 +104,14 @@ _MOST = 8
 
 
 def _compile(file: Path, reading: object) -> Any:
-    """Return the compiled model of a file, once for a reading of it; MuJoCo does not say what it includes."""
+    """Return the compiled model of a file, once per reading of its scene; MuJoCo does not list included files."""
     import mujoco
 
     if id(reading) not in _compiled:
         compiled = mujoco.MjModel.from_xml_path(str(file))
         for oldest in list(_compiled)[: 1 - _MOST]:
             del _compiled[oldest]
-        _compiled[id(reading)] = reading, compiled  # which holds it, so that no other one gets its number
+        _compiled[id(reading)] = reading, compiled  # keeps the reading alive, so that its id is not reused
     return _compiled[id(reading)][1]
 
 
@@ -152,7 +152,7 @@ def _obstacles(m: Any, number: int | None, floats: bool) -> Iterator[str]:
         path = range(start, start + int(m.tendon_num[tendon]))
         sites = [int(m.wrap_objid[k]) for k in path if m.wrap_type[k] == mujoco.mjtWrap.mjWRAP_SITE]
         if floats and any(m.body_weldid[m.site_bodyid[site]] == 0 for site in sites):
-            yield "it pulls a free base at the world"
+            yield "it connects a free base to the world"
 
 
 def _refusal(model: Model, muscle: str, why: str) -> str:

@@ -104,7 +104,7 @@ function NewBranch() {
             disabled={blocked ?? missing}
             onClick={() => void branch({ id })}
           >
-            Branch at {left ? "the end of the future left" : "the snapshot"} of {taken_s.toFixed(2)} s
+            Branch at {left ? "the end of the abandoned future" : "the snapshot"}, {taken_s.toFixed(2)} s
           </Button>
         ))}
       </div>

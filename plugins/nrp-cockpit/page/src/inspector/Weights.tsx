@@ -78,7 +78,7 @@ async function pinNow(id: string): Promise<void> {
   }
 }
 
-/** Changes the weights of the run, and keeps those of before to be compared. */
+/** Changes the weights of the run, and pins the previous ones for comparison. */
 function ChangeWeights({ id, unit }: { id: string; unit: string }) {
   const barred = [useBlocked(), useMissing("weights")].find((reason) => reason !== undefined);
   const field = useId();

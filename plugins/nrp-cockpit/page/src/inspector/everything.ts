@@ -9,7 +9,7 @@ export interface Branch {
   note?: string;
   to: Selection;
   parts?: Branch[];
-  /** What is shown after a click, because it is many of a kind. */
+  /** Branches that are shown after a click, because there are many of a kind. */
   folded?: Branch[];
 }
 

@@ -57,7 +57,7 @@ const NAME_PX = 10;
 const MANY = 8;
 /** The room of a name alone. */
 const NAMES_PX = MARGIN.left - 12;
-/** The room of a name beside numbers, at least. */
+/** The minimum width of a name beside numbers. */
 const LEAST_NAME_PX = 28;
 
 /** Names bands and, where `numbered` and their lines are high enough, neurons by the brain's own numbers. */

@@ -1,6 +1,6 @@
 import type { Pen } from "./useCanvas";
 
-/** The part of the height of letters by which a baseline lies below a place. */
+/** The share of the font size by which the baseline is below the given point, by `textBaseline`. */
 const BELOW = { middle: 0.35, top: 0.8, alphabetic: 0 } as const;
 const ANCHORS = { left: "start", center: "middle", right: "end" } as const;
 /** Images are made finer by this, so that programs that smooth them do not blur their pixels. */

@@ -13,7 +13,7 @@ export const keyOf = ({ topic, path }: Trace): string => `${topic}.${path}`;
 /** The values of a curve by time. */
 export const valuesOf = (trace: Trace): TimeRing => store.of(keyOf(trace)).ring;
 
-/** Its values in the future that the run has left. */
+/** Its values in the future that the run abandoned. */
 export const leftOf = (trace: Trace): TimeRing | undefined => store.of(keyOf(trace)).left;
 
 /** When a curve was heard. */

@@ -18,7 +18,7 @@ function extentOf(curves: readonly Curve[], limits: readonly number[]): [number,
   return [lowest - room, highest + room];
 }
 
-/** Draws curves on one axis, over those of the future that the run has left, over the lines and numbers of their values; returns the height of the axis in values. */
+/** Draws curves on one axis, over those of the abandoned future, over the lines and numbers of their values; returns the height of the axis in values. */
 export function paintCurves(sheet: Sheet, scale: TimeScale, shown: readonly Shown[], bottom: number): number {
   const { pen, colours } = sheet;
   const curves = shown.map(({ trace }) => curveOf(valuesOf(trace), scale, clock.now_s));

@@ -22,7 +22,7 @@ export interface Figure {
 const FONT_PX = 10;
 const FAMILY = 'Arial, Helvetica, "Liberation Sans", "DejaVu Sans", sans-serif';
 const FONT = `${FONT_PX}px ${FAMILY}`;
-/** The room of the name of an axis. */
+/** The height of the name of an axis. */
 const NAME_PX = 14;
 const LEAST_PX = 120;
 /** No plot is higher than this part of its width. */
@@ -30,7 +30,7 @@ const HIGHEST = 0.6;
 
 export const pxOf = (width_mm: number): number => (width_mm / MM_PER_INCH) * PX_PER_INCH;
 
-/** Draws what a panel shows as a figure of a width; null: it is no plot, map or graph. */
+/** Draws what a panel shows as a figure of a width; null if it is not a plot, a map or a graph. */
 export function figureOf(body: HTMLElement, width_mm: number): Figure | null {
   const graph = body.querySelector<SVGSVGElement>("svg.brain-graph");
   const canvases = [...body.querySelectorAll("canvas")].filter(painterOf);

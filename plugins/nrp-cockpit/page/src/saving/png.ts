@@ -1,7 +1,7 @@
 const HEAD_BYTES = 33; // the signature and the first chunk
 const METRES_PER_INCH = 0.0254;
 
-/** A PNG that says its resolution, by which programs place it at its size. */
+/** A PNG with its resolution, from which programs compute its size on paper. */
 export function withResolution(png: Blob, dpi: number): Blob {
   const chunk = new DataView(new ArrayBuffer(21));
   const perMetre = Math.round(dpi / METRES_PER_INCH);

@@ -60,7 +60,7 @@ export class Bodies {
     this.materials.keepOnly(new Set([...this.all()].map(({ material }) => material as Material)));
   }
 
-  /** Puts what moves where it is; what is `awaited` is not shown, because its pieces would all lie at the origin. */
+  /** Sets the poses of moving bodies; `awaited` ones are hidden, because their pieces would all lie at the origin. */
   move(poseOf: (frame: string) => Pose, awaited = false): void {
     for (const [frame, group] of this.groups) {
       if (frame === WORLD_FRAME) continue;

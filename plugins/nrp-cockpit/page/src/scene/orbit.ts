@@ -74,10 +74,10 @@ export function fitted(view: Orbit, centre: Readonly<Vector>, radius_m: number, 
   return { ...view, target: centre, distance_m };
 }
 
-/** The fewest and the most of its own sizes from which a robot is seen at first. */
+/** The least and the largest initial distance of the camera, in sizes of the robot. */
 const BEGIN_SIZES = [5, 10] as const;
 
-/** From how far a robot of some size is seen at first: as near as shows all that stands around, within limits. */
+/** The initial distance of the camera from a robot: as close as shows everything around it, within limits. */
 export const beginsAt = (size_m: number, all_m: number): number =>
   clamp(all_m, BEGIN_SIZES[0] * size_m, BEGIN_SIZES[1] * size_m);
 

@@ -38,7 +38,7 @@ export interface Hit {
   point: Vector3;
 }
 
-/** From at most this far (m) the robot is seen at first. */
+/** The largest initial distance of the camera from the robot (m). */
 const BEGIN_M = 9;
 /** The size (m) of a room, and of a smaller one, whose lines and arrows are drawn as they are. */
 const USUAL_ROOM_M = 6;

@@ -25,7 +25,7 @@ export function StatusBar() {
   );
 }
 
-/** Whether the server answers; `loading`: it does, and has not said yet what it shows. */
+/** Whether the server answers; `loading`: it does, but has not sent a status yet. */
 export function LinkState({ loading = false }: { loading?: boolean }) {
   const link = useRun((run) => run.link);
   const source = useRun((run) => run.experiment?.source);
@@ -83,7 +83,7 @@ function Attention() {
 }
 
 const DROPPED =
-  "A page was too slow to take them: newer images and poses replaced them, and plots show gaps where others are missing";
+  "A page was too slow to receive them: newer images and poses replaced them, and plots show gaps where others are missing";
 
 const percent = (share: number) => `${Math.round(share * 100)} %`;
 

@@ -20,7 +20,7 @@ export function notify(text: string, weight: Notice["weight"] = "info"): void {
   if (weight === "info") window.setTimeout(() => dismiss(notice.id), SHOWN_MS);
 }
 
-/** Takes back what was said, if it still stands. */
+/** Removes a notice, if it is still shown. */
 export function dismissText(text: string): void {
   useNotices.setState(({ notices }) => ({ notices: notices.filter((one) => one.text !== text) }));
 }

@@ -191,9 +191,9 @@ export interface TimelineData {
     curve?: { topic: string; path: string; limits: number[] } | null;
   }[];
   failures: { t_s: number; function: string; message: string }[];
-  /** Those that were asked for, and (`left`) the ends of futures that the run has left. */
+  /** Requested snapshots, and (`left`) the ends of abandoned futures. */
   snapshots: { id: string; t_s: number; left: boolean }[];
-  /** The times of snapshots that were taken by themselves. */
+  /** The times of automatic snapshots. */
   automatic_s: number[];
   /** Changes of the run from outside. */
   edits: { t_s: number; name: string }[];

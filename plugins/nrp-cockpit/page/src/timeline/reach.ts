@@ -52,7 +52,7 @@ export const restoring = ({ id, t_s, left }: Snapshot): Reach => ({
   t_s,
   id,
   says: left
-    ? `Return to the future that ended at ${seconds(t_s)}`
+    ? `Return to the end of the abandoned future at ${seconds(t_s)}`
     : `Restore the snapshot of ${seconds(t_s)}`,
 });
 

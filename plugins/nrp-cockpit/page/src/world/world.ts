@@ -42,7 +42,7 @@ class World {
     };
   }
 
-  /** Whether it is not said yet where moving things are, but will be: a recording may have no transforms. */
+  /** Whether the poses of moving bodies are not known yet, but will be: a recording may have no transforms. */
   get awaited(): boolean {
     return this.frames.size === 0 && wire.offered().some(({ topic }) => topic === TRANSFORMS);
   }
