@@ -20,7 +20,7 @@ class KeptReadings(Generic[R]):
     read. Results of files that were changed just now are not kept, because times of files are coarse.
 
     Args:
-        most: the largest number of results; of more, those are dropped that were not used for longest.
+        most: the maximum number of results; the least recently used are dropped.
         files_of: returns further files behind a result, which another reading may have opened.
     """
 

@@ -113,7 +113,7 @@ def parse_script(path: Path) -> ast.Module:
 
 @lru_cache(maxsize=64)
 def _parse(data: bytes) -> ast.Module:
-    """Return a script as a tree that nobody changes; the runs of a sweep read the same scripts."""
+    """Return a script as a tree, which must not be changed: the runs of a sweep share it."""
     return ast.parse(data)
 
 

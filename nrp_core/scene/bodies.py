@@ -42,7 +42,7 @@ class Shape:
 PRESERVED = "preserved"
 """Attribute of a fixed joint that keeps its links two bodies."""
 ROLLING = "rolling"
-"""The attribute of a friction in a converted file: the greatest torque against rolling by the force, m."""
+"""The attribute of a friction in a converted file: the maximum rolling torque per normal force, m."""
 TINTS = "tints"
 """The attribute of a material whose colour tints an image in the mesh file instead of replacing it."""
 

@@ -212,7 +212,7 @@ class Collision:
         category, touched: bits of its own category, and of the categories that it touches.
         torsion: greatest torque about the normal of a contact by its normal force, m; engines combine
             those of two surfaces in different ways.
-        rolling: the same for the torque against rolling, of MJCF alone.
+        rolling: the same for the torque against rolling; only MJCF has it.
     """
 
     name: str

@@ -78,8 +78,8 @@ class Actuator:
 def actuators_of(spec: Any, model: Any) -> list[Actuator]:
     """Return the actuators that are joint controllers, one for each joint.
 
-    If a joint has several, whose forces add up, it is the first one with a position, or else the first one:
-    of the controllers of a joint only the last commanded one acts.
+    If a joint has several, its controller is the first position servo, or else the first actuator. The others
+    are not controllers: of these only the last commanded one acts, but the forces of actuators add up.
 
     Args:
         spec: the specification that MuJoCo read.

@@ -580,7 +580,7 @@ def _stacked(arrays: Sequence[FloatArray]) -> FloatArray:
 
 
 def _restless(engines: Sequence[MujocoEngine]) -> list[int]:
-    """Return the numbers of engines whose states have to be looked at more closely."""
+    """Return the numbers of engines whose states need a complete check."""
     if not _are_alike(engines):
         return [number for number, engine in enumerate(engines) if not engine._is_calm()]
     first = engines[0]

@@ -135,7 +135,7 @@ def _read(path: Path, warnings: Findings) -> tuple[Any, Any]:
 
 
 def _parse(path: Path) -> Any:
-    """Return the specification in a file; MuJoCo itself would read specifications from .xml files alone."""
+    """Return the specification in a file; MuJoCo's own reader accepts only the suffix .xml."""
     if path.suffix == ".xml":
         return mujoco.MjSpec.from_file(str(path))
     files = {name: (path.parent / name).read_bytes() for name, _ in _included(read_xml(path), path.parent)}
@@ -155,7 +155,7 @@ class _Writer:
         self.touching = self._native.touching
         among = sorted(self.touching)
         self._rubs = bool((model.geom_condim[among] > 1).any() or model.geom_bodyid[among].all())
-        """Whether a contact of the file has friction; a robot without a ground may touch that of another."""
+        """Whether contacts of the file can have friction; a file without a ground may meet another."""
         self.sensors_left_out = self._native.sensors.left_out
         self._images = Images(model)
         self.flat = 0
@@ -341,7 +341,7 @@ class _Writer:
             yield f"<collision name={name}>{place}<geometry>{touched}</geometry>{surface}</collision>"
 
     def _friction(self, geom: int) -> str:
-        """Return the element of the friction; shapes rub if any of the file has a ``condim`` above 1."""
+        """Return the element of the friction, which is 0 if all shapes of the file have a ``condim`` of 1."""
         m = self._m
         mu, torsion, rolling = m.geom_friction[geom]
         dimensions = m.geom_condim[geom]

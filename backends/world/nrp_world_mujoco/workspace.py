@@ -58,7 +58,7 @@ class SharedWorkspace(threading.local, Workspace):
     _steps: tuple[tuple[StateRow, ...], StepsOfMany] | None = None
 
     def steps_of(self, model: Any, rows: Sequence[StateRow]) -> StepsOfMany:
-        """Return what takes steps from several states at once; of the same ones, the same object."""
+        """Return the object that takes steps from several states at once; it is kept for the same states."""
         chosen = tuple(rows)
         if self._steps is None or self._steps[0] != chosen:
             self._steps = chosen, StepsOfMany(model, chosen)
@@ -76,7 +76,7 @@ class StateRow:
         numbers: the complete state.
         before: the state before the last steps.
         own_gains: the gains of servos, if they can change; they are in the model and not in a state.
-        gains: those in the last steps.
+        gains: the gains in the last steps.
         qfrc_actuator: the efforts of actuators in the last step.
     """
 
@@ -114,7 +114,7 @@ class StateRow:
 
 
 class StepsOfMany:
-    """Takes steps from the states of several copies with one call, with the results of each alone.
+    """Takes the steps of several copies in one call; each has the same results as alone.
 
     Args:
         model: the compiled model of the copies, which differ at most in the gains of servos.
@@ -131,7 +131,7 @@ class StepsOfMany:
         """Take steps.
 
         Returns:
-            The numbers of the copies of which MuJoCo warned; their states are those before the steps.
+            The numbers of the copies for which MuJoCo gave a warning; they keep the states before the steps.
         """
         batch, rows = self._batch, self._rows
         before = np.concatenate([row.numbers for row in rows]).reshape(batch.state.shape)

@@ -70,8 +70,8 @@ class Tree:
 
     PyBullet computes the forces of dampers at the start of a step, which is unstable if a damper removes much
     of a joint's velocity in a step. In such a tree, and in models with muscles, the servos replace all
-    dampers. In models with muscles they also add the inertia of motors, and the constraints of joints that
-    MJCF describes, where all other efforts are known.
+    dampers. In models with muscles, where all other efforts are known, they also add the inertia of motors
+    and the constraints of joints that MJCF describes.
 
     Args:
         joints: all movable joints with their handles, in PyBullet's order.

@@ -48,10 +48,10 @@ class Inertia:
         joints = [body.joint for _, body, _ in own if body.joint is not None]
         self._native = all(joint.kind != "ball" for joint in joints)
         if self._native:
-            with quiet():  # PyBullet prints of each axis that it rounded, when it first computes with it
+            with quiet():  # PyBullet prints each axis that it rounds when it first uses the axis
                 try:
                     self._matrix(np.zeros(sum(len(joint.coordinates) for joint in joints)))
-                except SystemError:  # it refuses the tensor of a heavy body if rounding made it unsymmetric
+                except SystemError:  # rounding can make the tensor of a heavy body asymmetric
                     self._native = False
         _, turn = bullet.getBasePositionAndOrientation(multibody, client)
         along_base = Pose(orientation=turn).rotate_back(self._bodies.gravity)
@@ -144,7 +144,7 @@ def find_dynamics(
         motions: of the ``k`` bodies, parents first, as :func:`motions_of` returns them, shape ``(k, 13)``.
         mass: receives the mass matrix, shape ``(n, n)``.
         bias: receives the efforts, shape ``(n,)``.
-        parents: the body that each hangs on; -1 for none that moves.
+        parents: the parent of each body; -1 if it has none that moves.
         masses: of the bodies, kg.
         moments: their principal moments of inertia, kg m^2, shape ``(k, 3)``.
         anchors: their joints in their inertial frames, m, shape ``(k, 3)``.

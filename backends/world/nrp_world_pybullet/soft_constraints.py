@@ -6,9 +6,9 @@ differ by as much as a radian after a second. These are the equations of MuJoCo'
 
     low <= f <= high,    J a + R f = -b J v - k d r    between these,    R = (1 - d) / d * mobility
 
-with the acceleration ``a``, the impedance ``d`` at ``r``, and stiffness and damping of the reference. A
-coupling has a force without bounds, a limit that is passed one of at least 0, and dry friction one between
-minus and plus that of the joint, with ``k = 0``.
+with the acceleration ``a``, the impedance ``d`` at ``r``, and stiffness and damping of the reference. The
+force of a coupling has no bounds, that of an exceeded limit is at least 0, and that of dry friction is
+between minus and plus the friction of the joint, with ``k = 0``.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from nrp_core.world.engine_kit.joint_servo import servoed_joints
 _SMALLEST, _LARGEST = 1e-4, 0.9999
 """The range of impedances."""
 _ROUNDS = 10
-"""Searches for the forces at their bounds change all wrong ones at once in so many rounds, and then one."""
+"""Rounds in which the search for forces at their bounds changes all wrong ones; later rounds change one."""
 _USUAL = {"solref": "0.02 1", "solimp": "0.9 0.95 0.001 0.5 2"}
-"""The reference and impedance that elements without any have."""
+"""The reference and impedance of elements that state none."""
 _SINGLE = ("revolute", "continuous", "prismatic")
 
 
@@ -117,7 +117,7 @@ def _stated(joints: Sequence[Joint], model: Model, attribute: str) -> Iterator[t
 
 
 def _frictions(joints: Sequence[Joint], model: Model) -> Iterator[tuple[int, float, Reference]]:
-    """Yield the coordinates with dry friction that yields, with its effort; those of servos have another."""
+    """Yield the coordinates with dry friction that yields, and its effort; servos have their own."""
     servoed = servoed_joints(model)
     for n, joint, element in _stated(joints, model, "solreffriction"):
         if joint.friction and joint.name not in servoed:
@@ -212,7 +212,7 @@ class SoftConstraints:
 
 
 def _impedance(solimp: FloatArray, depth: float) -> float:
-    """Return the impedance at a depth: from one value to the other over a width, by two powers."""
+    """Return the impedance at a depth, which changes from one value to another over a width by two powers."""
     values: list[float] = solimp.tolist()
     start, end, width, middle, power = values
     start, end = (min(max(each, _SMALLEST), _LARGEST) for each in (start, end))
@@ -232,7 +232,7 @@ def _impedance(solimp: FloatArray, depth: float) -> float:
 
 
 def _forces(yielding: FloatArray, gaps: FloatArray, lowest: FloatArray, highest: FloatArray) -> FloatArray:
-    """Return the forces ``f`` of which ``yielding @ f = gaps``, except where they are at a bound.
+    """Solve ``yielding @ f = gaps`` for the forces ``f``, except where they are at a bound.
 
     At the lowest force ``yielding @ f`` may be larger, at the highest smaller. Wrong guesses are changed all
     at once, and then the last one alone, which ends for every positive definite matrix (K. G. Murty, Note on

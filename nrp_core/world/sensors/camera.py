@@ -90,7 +90,7 @@ class Camera(Sensor):
         projection: x and y of the focal lengths, the centre and the translation in ``P``, pixels, if they
             replace those of the lens.
         mask: bits; it sees the visuals whose flags share one.
-        trigger_topic: absolute topic whose messages cause an image each; empty for one that needs none.
+        trigger_topic: absolute topic; each true message triggers an image. Empty for images at a rate.
     """
 
     tag: ClassVar[str] = "camera"

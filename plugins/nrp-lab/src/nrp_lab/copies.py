@@ -29,7 +29,7 @@ COPIES: Final = 32
 CELLS: Final = 50_000
 """The number of cells in all open runs from which on no other one is opened, for the sake of memory."""
 _LARGEST_SHARE: Final = 2 * COPIES
-"""The largest number of tasks that a process gets at once; finished runs are kept when all of them are."""
+"""The maximum number of tasks of a process at once; their results are stored when all have finished."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -251,7 +251,7 @@ class Past:
         self._last_was(-ALONE_NS)
 
     def _abandon_after(self, t_ns: int) -> None:
-        """Let the snapshots after a time not be the past, and keep the last one as the end of a future."""
+        """Remove the snapshots after a time from the past, and keep the last one as the end of a future."""
         later = [each for each in self._moments if each.was and each.t_ns > t_ns]
         for each in later:
             each.was = False

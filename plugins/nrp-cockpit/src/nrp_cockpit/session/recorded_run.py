@@ -195,7 +195,7 @@ _EDITS = {
     "set_weights": "weights set", "set_parameters": "parameters set", "change": "functions changed",
     "activate": "function switched", "reset": "brain reset", "lost": "change from Python",
 }  # fmt: skip
-"""What calls from outside are called; those to the world have their own names."""
+"""The displayed names of calls from outside; calls to the world have their own."""
 
 
 def edits_data(messages: StoredMessages) -> Iterator[dict[str, Any]]:

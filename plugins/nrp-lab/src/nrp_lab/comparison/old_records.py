@@ -19,7 +19,7 @@ _TIME = re.compile(r"(^|[^a-z])(t|time)([^a-z]|$)", re.IGNORECASE)
 """The header of a column of times."""
 _ROWS = "rows"
 _MOST_TEXTS = 50
-"""A column with more different texts has no categories, but for example dates."""
+"""A column with more different texts does not have categories, but for example dates."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -263,8 +263,8 @@ def _timed(table: _Table, key: str | None) -> tuple[FloatArray, _Table]:
 def _table(path: Path) -> _Table:
     """Return the columns of a file as numbers, without empty columns.
 
-    A column of text, as ``population``, becomes one for each of its few texts, ``population=circuit``, with 1
-    where it has this text; text in any other column is NaN.
+    A column of text, such as ``population``, becomes one for each of its texts, ``population=circuit``, with
+    1 where it has this text; text in any other column is NaN.
     """
     try:
         headers, *rows = list(csv.reader(path.read_text("utf-8").splitlines())) or [[]]
