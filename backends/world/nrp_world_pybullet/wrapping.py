@@ -104,7 +104,7 @@ _MOST = 8
 
 
 def _compile(file: Path, reading: object) -> Any:
-    """Return the compiled model of a file, once per reading of its scene; MuJoCo does not list included files."""
+    """Return the compiled model of a file, once per reading of its scene: MuJoCo does not list includes."""
     import mujoco
 
     if id(reading) not in _compiled:
