@@ -44,7 +44,7 @@ REMARKS: Final = _defaults(
     "cfm_damping implicit_spring_damper fudge_factor cfm erp=0.2 bounce max_force ode/velocity "
     "provide_feedback must_be_loop_joint limit/stiffness=1e8 limit/dissipation=1 must_be_base_link "
     "gearbox_ratio=1 use_parent_model_frame minDepth maxVel=0.01 fudgeFactor stopCfm stopErp=0.2 "
-    "cfmDamping implicitSpringDamper provideFeedback maxContacts=20 "
+    "cfmDamping implicitSpringDamper provideFeedback "
     # what Gazebo shows, saves and measures of itself
     "visualize always_on enable_metrics laser_retro laserRetro visibility_flags=4294967295 "
     "anti_aliasing=4 save/path=- frame_id=- range/resolution render_order lighting=1 "
@@ -65,7 +65,7 @@ NOT_SIMULATED: Final = _defaults(
 _SILENT: Final = frozenset(
     {"world/audio", "world/gui", "world/scene", "visual/meta", "light/specular", "heightmap/texture",
      "heightmap/blend", "heightmap/use_terrain_paging", "heightmap/sampling", "link/audio_sink", "sdf/state",
-     "visual/cast_shadows", "collision/max_contacts", "model/allow_auto_disable",
+     "visual/cast_shadows", "collision/max_contacts", "link/maxContacts", "model/allow_auto_disable",
      "model/disableFixedJointLumping", "joint/disableFixedJointLumping", "joint/preserveFixedJoint"}
 )  # fmt: skip
 """Elements for Gazebo's programs and images that nearly all rooms have and that do not affect robots."""

@@ -223,7 +223,8 @@ def test_gazebo_elements_of_a_link_apply_to_it(urdf: UrdfReader) -> None:
     read = urdf(
         f'<link name="base">{MASS}<visual>{box}<material name="m"><color rgba="0 1 0 1"/></material></visual>'
         f"<collision>{box}</collision></link>"
-        '<gazebo reference="base"><material>Gazebo/Red</material><mu1>0.5</mu1><mu2 value="0.5"/><kp>1e7</kp>'
+        '<gazebo reference="base"><material>Gazebo/Red</material><mu1>0.5</mu1><mu2 value="0.5"/>'
+        "<maxContacts>10</maxContacts><kp>1e7</kp>"
         '<sensor name="cam" type="camera"><update_rate>10</update_rate><topic>eye</topic><camera/></sensor>'
         "</gazebo>"
     )
