@@ -201,12 +201,13 @@ class _Writer:
         yield "</model>"
 
     def _commands(self, model: str) -> Iterator[str]:
-        for name, low, high in self._native.actuators.get(model, ()):
+        others = self._native.actuators.get(model, ())
+        for name, low, high in others:
             yield _command(name, low, high)
         muscles = self._native.muscles.get(model, {})
         for name, elements in muscles.items():
             yield _plugin("nrp_muscle", name, elements + _topic(name))
-        if muscles and ALL not in muscles:
+        if muscles and ALL not in {*muscles, *(name for name, *_ in others)}:
             members = "".join(f"<muscle>{escape(name)}</muscle>" for name in muscles)
             yield _plugin("nrp_muscle_group", ALL, members)
         for name, elements in self._native.sensors.plugins(model):

@@ -11,7 +11,7 @@ from golden import Golden
 
 from nrp_core import World, worlds
 from nrp_core.errors import CapabilityError
-from nrp_core.messages.std_msgs import Float64MultiArray
+from nrp_core.messages.std_msgs import Float64, Float64MultiArray
 from nrp_core.scene.sdf import read_scene
 
 LEG = """<mujoco><option integrator="implicitfast" tolerance="1e-14"/>
@@ -79,6 +79,15 @@ def test_a_file_has_any_suffix_and_parts_without_names_or_with_those_of_bodies(t
     text = text.replace('<joint name="hip"', "<joint").replace('"knee"', '"lower"')
     other.write_text(text.replace('<muscle name="front"', "<muscle"))
     np.testing.assert_array_equal(lengths_in(other), lengths_in(plain))
+
+
+def test_another_actuator_may_have_the_name_of_the_group_of_all_muscles(tmp_path: Path) -> None:
+    motors = '<actuator><motor name="one" joint="hip"/><motor name="muscles" joint="hip"/>'
+    file = tmp_path / "leg.xml"
+    file.write_text(LEG.format(root="", tendon="").replace("<actuator>", motors))
+    backend = worlds().load("mujoco")
+    with backend.open(read_scene(file), seed=1, options=backend.options()) as world:
+        assert world.topics["/base/muscles/cmd"].type is Float64
 
 
 def test_a_changed_file_that_is_included_is_read_again(tmp_path: Path) -> None:
