@@ -12,7 +12,7 @@ from nrp_core.clock import seconds
 from nrp_core.dsl import TransferFunction
 from nrp_core.experiment import Criterion, Event, Experiment, Run, Verdict
 from nrp_core.findings import Finding, Level, Weight
-from nrp_core.observables.observable import topic_of
+from nrp_core.observables import topic_of
 
 _OPEN = Verdict(None, None, None, None, None, "not decided")
 
