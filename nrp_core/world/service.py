@@ -59,12 +59,16 @@ class Services(Part):
         engine: the engine of the world, which may answer itself.
         provided: the services of each provider.
 
+    Attributes:
+        rejected: why the last request on the topic of a service was rejected, by topic.
+
     Raises:
         TopicError: two providers have a service of the same name.
     """
 
     def __init__(self, engine: Engine, provided: Mapping[str, Iterable[Service]]) -> None:
         self._engine = engine
+        self.rejected: dict[str, str] = {}
         self._table: dict[str, Service] = {}
         for provider, services in provided.items():
             for service in services:
@@ -79,10 +83,11 @@ class Services(Part):
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
         answer = self.answer(topic, message)
+        self.rejected.pop(topic, None)
         if not getattr(answer, "success", True):
             reason = reason_field(type(answer))
-            message = f"{topic}: {getattr(answer, reason) if reason else 'failed'}"
-            self._engine.warnings.add(Code.NRP280, message, subject=topic)
+            self.rejected[topic] = why = f"{topic}: {getattr(answer, reason) if reason else 'failed'}"
+            self._engine.warnings.add(Code.NRP280, why, subject=topic)
 
     def request(self, name: str, values: tuple[Any, ...], named: Mapping[str, Any]) -> Any:
         """Build a request from values and named fields.

@@ -194,6 +194,10 @@ class World(Overview, Simulation):
         """Return the right to publish on a topic; see :meth:`.Switchboard.advertise`."""
         return self._board.advertise(topic)
 
+    def rejection(self, topic: str) -> str | None:
+        """Return why the last request on the topic of a service was rejected; None if it was accepted."""
+        return self._services.rejected.get(topic)
+
     def advertise_together(self, topics: Sequence[str]) -> NumbersPublication:
         """Return the right to publish on several topics at once; see :meth:`advertise`."""
         return NumbersPublication([self.advertise(topic) for topic in topics], self._board)

@@ -9,15 +9,17 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from nrp_core.errors import TopicError, did_you_mean
+from nrp_core.errors import SceneError, TopicError, did_you_mean
 from nrp_core.experiment.events.lanes import ALONE, NEVER, Lane, LaneKind
 from nrp_core.experiment.events.sentences import near_sentence, observed_sentence, topic_sentence
 from nrp_core.experiment.model.event_schema import Event, Publish, When
+from nrp_core.experiment.model.section import Place
 from nrp_core.messages.base import type_name
 from nrp_core.messages.std_msgs import ColorRGBA
 from nrp_core.observables.condition import Sentence
 from nrp_core.observables.observable import Surroundings
 from nrp_core.scene.materials import color_of
+from nrp_core.scene.model import Scene
 from nrp_core.world.topics import TopicInfo, check_message
 from nrp_core.world.world import World
 
@@ -196,15 +198,40 @@ Action = Callable[[], None]
 """An action of an event."""
 
 
-def action_of(publish: Publish, world: World) -> Action:
+def action_of(publish: Publish, world: World, place: Place | None = None) -> Action:
     """Return a function that publishes a message.
+
+    With a place in the experiment file, the function raises an :class:`~nrp_core.errors.ExperimentError` if
+    the message is a request that the world rejects: the run would not be the one in the file.
 
     Raises:
         TopicError: the topic does not exist, cannot be published on, or the value does not fit it.
+        SceneError: a request names a link or joint that its model does not have.
     """
     publication = world.advertise(publish.topic)
     message = to_message(publication.topic, publish.value)
-    return partial(publication.publish, message)
+    if publication.topic.response is not None:
+        _require_parts(message, world.scene)
+    if place is None or publication.topic.response is None:
+        return partial(publication.publish, message)
+
+    def request() -> None:
+        publication.publish(message)
+        if (why := world.rejection(publication.topic.name)) is not None:
+            raise place.error(f"the world rejected a request: {why}")
+
+    return request
+
+
+def _require_parts(request: Any, scene: Scene) -> None:
+    """Require the links and joints that a request names as ``model::link`` of models that exist already."""
+    for field, kind in (("body_name", "link"), ("link_name", "link"), ("joint_name", "joint")):
+        name, _, part = str(getattr(request, field, "")).replace("/", "::").rpartition("::")
+        for model in (model for model in scene.models if model.name == name):
+            joints = (coordinate for joint in model.joints for coordinate in joint.coordinates)
+            known = [link.name for link in model.links] if kind == "link" else [*joints]
+            if part not in known:
+                raise SceneError(f"model '{name}' has no {kind} '{part}'{did_you_mean(part, known)}")
 
 
 class Events:

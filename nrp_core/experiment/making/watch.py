@@ -112,8 +112,9 @@ class Watch:
         for name, event in experiment.events.items():
             actions: list[Action] = []
             for i, publish in enumerate(event.publish):
+                place = experiment.place("events", name, "publish", i) if experiment.strict else None
                 with collector.during(Code.NRP213, "events", name, "publish", i, level=_severity(experiment)):
-                    actions.append(action_of(publish, world))
+                    actions.append(action_of(publish, world, place))
             with collector.during(Code.NRP213, "events", name, "when"):
                 self.events.add(name, trigger(event, self.around), actions)
         self._judges: dict[str, Judge] = {}

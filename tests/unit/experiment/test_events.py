@@ -1,14 +1,17 @@
 """Events happen once, in time, in an order that does not depend on how they are written down."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
 from golden import Golden
 
-from nrp_core.errors import SceneError, TopicError
+from nrp_core.errors import ExperimentError, SceneError, TopicError
 from nrp_core.experiment.events.events import Events, action_of, trigger
 from nrp_core.experiment.model.event_schema import Event
+from nrp_core.experiment.model.section import Place
+from nrp_core.findings import Code
 from nrp_core.messages.geometry_msgs import Twist, Vector3
 from nrp_core.messages.std_msgs import Bool, Float64, Float64MultiArray, String
 from nrp_core.observables.observable import Surroundings
@@ -61,6 +64,39 @@ def test_a_publication_of_an_event_acts_from_its_time_on(events: Events, add: Ad
     assert color_of(world) != (1, 0, 0)
     events.fire_due(0)
     assert color_of(world) == (1, 0, 0)
+
+
+def test_a_request_that_the_world_rejects_ends_the_run(world: World, golden: Golden) -> None:
+    """Otherwise a run would pass that never made the push in its file."""
+    at = Place(Path("push.yaml"), 7, 3)
+    value = {"model_state": {"model_name": "gone"}}
+    publish = {"topic": "/gazebo/set_model_state", "value": value}
+    (request,) = Event.model_validate({"at": "0 s", "publish": publish}).publish
+    with golden.raises(ExperimentError, match="'gone'") as caught:
+        action_of(request, world, at)()
+    assert (caught.value.path, caught.value.line) == (at.path, 7)
+    action_of(request, world)()  # in an experiment that is not strict it is a warning
+    assert Code.NRP280 in [each.code for each in world.warnings]
+
+
+@pytest.mark.parametrize("service", ["apply_body_wrench", "clear_body_wrenches", "apply_joint_effort"])
+def test_a_part_that_a_model_lacks_is_found_before_the_run(
+    world: World, service: str, golden: Golden
+) -> None:
+    """A model that is not there yet may still come; the parts of one that is there do not change."""
+    field = "joint_name" if "joint" in service else "body_name"
+    for name, is_known in (
+        ("wall::glas", False),
+        ("later::glas", True),
+        ("wall::body", "joint" not in service),
+    ):
+        publish = {"topic": f"/gazebo/{service}", "value": {field: name}}
+        (request,) = Event.model_validate({"at": "0 s", "publish": publish}).publish
+        if is_known:
+            action_of(request, world)
+        else:
+            with golden.raises(SceneError, match=name.partition("::")[2]):
+                action_of(request, world)
 
 
 def test_an_event_may_publish_several_messages(events: Events, add: Add, world: World) -> None:
