@@ -146,7 +146,10 @@ def no_joint(model: str, joint: str, need: str) -> str:
 
 def no_drive(model: str, drive: str, need: str) -> str:
     """Return the clause about a drive, such as a muscle, that needs a capability."""
-    if need == "wrapping":
-        own = "which wraps around shapes or joints, or has properties of MuJoCo alone"
-        return f"cannot simulate the muscle '{drive}' of '{model}', {own}"
+    which = {
+        "wrapping": "which wraps around shapes or joints",
+        "own_actuators": "which, or whose tendon or joint, has limits or forces that only MuJoCo has",
+    }
+    if need in which:
+        return f"cannot simulate the muscle '{drive}' of '{model}', {which[need]}"
     return f"has no {need.replace('_', ' ')}, such as '{drive}' of '{model}'"

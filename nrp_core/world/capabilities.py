@@ -34,6 +34,7 @@ class WorldCapabilities:
             refused.
         loops: joints can close loops and tie two models. Otherwise such joints are left out, with a warning.
         own_actuators: it has the actuators and sensors that elements for it in a model's file describe.
+            Otherwise a scene with a muscle of such properties is refused.
         muscles: it has muscles along straight lines. Otherwise a scene with one is refused.
         wrapping: it has muscles that wrap around shapes. Otherwise a scene with one is refused.
         changes: models can be moved, added and deleted while it runs.

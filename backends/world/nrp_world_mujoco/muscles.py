@@ -38,17 +38,17 @@ def add_muscles(
         All actuators by model and name.
 
     Raises:
-        CapabilityError: a muscle wraps around shapes and is not an element of MuJoCo.
+        CapabilityError: a muscle needs an element of MuJoCo and is none.
     """
     found = dict(actuators)
     for model in scene.models:
         for muscle in muscles_of(model):
             if (model.name, muscle.name) in found:
                 continue
-            if muscle.wraps:
+            if muscle.wraps or muscle.native:
                 raise CapabilityError(
-                    f"MuJoCo cannot simulate the muscle '{muscle.name}' of '{model.name}': it wraps, and its "
-                    "file is of another program"
+                    f"MuJoCo cannot simulate the muscle '{muscle.name}' of '{model.name}': it wraps or is an "
+                    "element of its file, which is of another program"
                 )
             found[model.name, muscle.name] = _add(model, muscle, links[model.name], spec)
     return found
@@ -115,33 +115,69 @@ def muscle_elements(m: Any, number: int, points: Sequence[Mapping[str, str]]) ->
         f"<point><link>{escape(point['link'])}</link><xyz>{point['pos']}</xyz></point>" for point in points
     )
     numbers = "".join(f"<{tag}>{value:.17g}</{tag}>" for tag, value in values.items())
-    return path + numbers + ("<wrapping>true</wrapping>" if wraps else "")
+    flags = {"wrapping": wraps, "native": _is_native(m, number)}
+    return path + numbers + "".join(f"<{tag}>true</{tag}>" for tag, value in flags.items() if value)
 
 
 def _is_straight(m: Any, number: int) -> bool:
-    """Return whether a muscle pulls along straight lines, and neither it nor its tendon has other properties.
-
-    Such a property is a passive force that is absent, or has another curve than the active one.
-    """
+    """Return whether a muscle pulls along straight lines."""
     if mujoco.mjtTrn(m.actuator_trntype[number]) != mujoco.mjtTrn.mjTRN_TENDON:
-        return False
-    passive, curve = m.actuator_biastype[number], m.actuator_biasprm[number][:9]
-    if passive != mujoco.mjtBias.mjBIAS_MUSCLE or (curve != m.actuator_gainprm[number][:9]).any():
         return False
     tendon = int(m.actuator_trnid[number][0])
     path = slice(m.tendon_adr[tendon], m.tendon_adr[tendon] + m.tendon_num[tendon])
-    limited = (m.tendon_limited, m.tendon_actfrclimited, m.tendon_stiffness, m.tendon_damping,
-               m.tendon_frictionloss, m.tendon_armature)  # fmt: skip
-    own = (m.actuator_forcelimited, m.actuator_actlimited, m.actuator_actearly, m.actuator_damping)
+    return bool((m.wrap_type[path] == mujoco.mjtWrap.mjWRAP_SITE).all())
+
+
+def _is_native(m: Any, number: int) -> bool:
+    """Return whether a muscle, its tendon or a joint that it moves has properties that only MuJoCo simulates.
+
+    Such a property is a passive force that is absent, or has another curve than the active one.
+    """
+    passive, curve = m.actuator_biastype[number], m.actuator_biasprm[number][:9]
     control = int(m.actuator_ctrladr[number])
     low, high = m.actuator_ctrlrange[control].tolist() if m.actuator_ctrllimited[control] else (0.0, 1.0)
+    own = [m.actuator_forcelimited, m.actuator_actlimited, m.actuator_actearly, m.actuator_damping]
+    found = [each[number] for each in own]
+    found.append(m.jnt_actfrclimited[_moved_joints(m, number)])
+    if mujoco.mjtTrn(m.actuator_trntype[number]) == mujoco.mjtTrn.mjTRN_TENDON:
+        tendon = int(m.actuator_trnid[number][0])
+        limited = (m.tendon_limited, m.tendon_actfrclimited, m.tendon_stiffness, m.tendon_damping,
+                   m.tendon_frictionloss, m.tendon_armature)  # fmt: skip
+        found += [each[tendon] for each in limited]
     return (
-        low <= LEAST_CONTROL
-        and high >= 1
-        and bool((m.wrap_type[path] == mujoco.mjtWrap.mjWRAP_SITE).all())
-        and not any(np.any(each[tendon]) for each in limited)
-        and not any(np.any(each[number]) for each in own)
+        passive != mujoco.mjtBias.mjBIAS_MUSCLE
+        or bool((curve != m.actuator_gainprm[number][:9]).any())
+        or low > LEAST_CONTROL
+        or high < 1
+        or any(np.any(each) for each in found)
     )
+
+
+def _moved_joints(m: Any, number: int) -> list[int]:
+    """Return the joints between the parts that a muscle connects."""
+    target, kind = int(m.actuator_trnid[number][0]), mujoco.mjtTrn(m.actuator_trntype[number])
+    if kind in (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT):
+        return [target]
+    if kind != mujoco.mjtTrn.mjTRN_TENDON:
+        return []
+    moved, chains = set[int](), list[set[int]]()
+    for step in range(m.tendon_adr[target], m.tendon_adr[target] + m.tendon_num[target]):
+        part = int(m.wrap_objid[step])
+        match mujoco.mjtWrap(m.wrap_type[step]):
+            case mujoco.mjtWrap.mjWRAP_JOINT:
+                moved.add(part)
+            case mujoco.mjtWrap.mjWRAP_SITE:
+                chains.append(_joints_above(m, int(m.site_bodyid[part])))
+    shared = set[int].intersection(*chains) if chains else set[int]()
+    return sorted(moved.union(*chains) - shared)
+
+
+def _joints_above(m: Any, body: int) -> set[int]:
+    found = set[int]()
+    while body:
+        found |= {*range(m.body_jntadr[body], m.body_jntadr[body] + m.body_jntnum[body])}
+        body = int(m.body_parentid[body])
+    return found
 
 
 class ActuatorGroup:

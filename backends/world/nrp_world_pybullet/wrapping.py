@@ -16,14 +16,8 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core._support.small_matrices import product
 from nrp_core.errors import CapabilityError
 from nrp_core.scene.model import Model
-from nrp_core.world.drives.muscles import LEAST_CONTROL
 from nrp_world_pybullet.build import BodyHandle
 from nrp_world_pybullet.library import bullet
-
-_OF_TENDONS = {"limited": "limits", "actfrclimited": "a limit of force", "stiffness": "a spring",
-               "damping": "a damper", "frictionloss": "dry friction", "armature": "inertia"}  # fmt: skip
-_OF_ACTUATORS = {"forcelimited": "a limit of force", "actlimited": "a limit of activation",
-                 "actearly": "the option actearly", "damping": "a damper"}  # fmt: skip
 
 
 class WrappingMuscles:
@@ -37,7 +31,7 @@ class WrappingMuscles:
         client: the physics client.
 
     Raises:
-        CapabilityError: a muscle has properties that only MuJoCo has, or its file has other joints.
+        CapabilityError: a muscle connects a free base to the world, or its file has other parts.
     """
 
     def __init__(
@@ -133,21 +127,8 @@ def _obstacles(m: Any, number: int | None, floats: bool) -> Iterator[str]:
     if number is None:
         yield "its file has no such actuator"
         return
-    active, passive = m.actuator_gainprm[number][:9], m.actuator_biasprm[number][:9]
-    if m.actuator_biastype[number] != mujoco.mjtBias.mjBIAS_MUSCLE or (active != passive).any():
-        yield "its passive force has another curve than the active one"
-    control = int(m.actuator_ctrladr[number])
-    low, high = m.actuator_ctrlrange[control]
-    if m.actuator_ctrllimited[control] and (low > LEAST_CONTROL or high < 1.0):
-        yield f"its control is limited to {low:g} to {high:g}"
-    for name, what in _OF_ACTUATORS.items():
-        if np.any(getattr(m, f"actuator_{name}")[number]):
-            yield f"it has {what}"
     if m.actuator_trntype[number] == mujoco.mjtTrn.mjTRN_TENDON:
         tendon = int(m.actuator_trnid[number][0])
-        for name, what in _OF_TENDONS.items():
-            if np.any(getattr(m, f"tendon_{name}")[tendon]):
-                yield f"its tendon has {what}"
         start = int(m.tendon_adr[tendon])
         path = range(start, start + int(m.tendon_num[tendon]))
         sites = [int(m.wrap_objid[k]) for k in path if m.wrap_type[k] == mujoco.mjtWrap.mjWRAP_SITE]

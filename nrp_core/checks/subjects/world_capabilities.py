@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from nrp_core.checks.examined import ExaminedExperiment, checks_experiment
 from nrp_core.findings import Code, Finding
-from nrp_core.findings.refusals import world_lacks
+from nrp_core.findings.refusals import no_drive, world_lacks
 from nrp_core.world.capabilities import needs_of
 
 
@@ -26,7 +26,7 @@ def check_distances(examined: ExaminedExperiment) -> Iterator[Finding]:
 
 @checks_experiment
 def check_dynamics(examined: ExaminedExperiment) -> Iterator[Finding]:
-    """Report models that need forces to move or hold, in a world without dynamics."""
+    """Report models that cannot move, hold or be driven in the world as their files say."""
     if examined.world is None or examined.world.capabilities.own_scene:
         return
     has, backend = examined.world.capabilities, examined.experiment.world.backend
@@ -35,9 +35,12 @@ def check_dynamics(examined: ExaminedExperiment) -> Iterator[Finding]:
         lacking = [
             (j.name, need) for j in model.joints for need in needs_of(model, j) if not getattr(has, need)
         ]
+        undriven = [(d.name, need) for d in model.drives for need in d.needs if not getattr(has, need)]
         message = ""
         if not (has.dynamics or model.static or model.drives):
             message = f"'{model.name}' could not move: {world_lacks(backend, 'dynamics')}"
+        elif undriven:
+            message = f"'{backend}' {no_drive(model.name, *undriven[0])}"
         elif held and not has.joint_control:
             message = f"'{model.name}' holds {held[0]}: {world_lacks(backend, 'joint_control')}"
         elif lacking and has.dynamics and not model.static:

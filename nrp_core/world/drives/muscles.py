@@ -12,7 +12,7 @@ A tension is positive where the muscle pulls; a velocity is positive where it le
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from math import dist
 from typing import Any, ClassVar
@@ -26,7 +26,7 @@ from nrp_core.messages.base import Time, resolve_name
 from nrp_core.messages.nrp_msgs import MuscleState, MuscleStates
 from nrp_core.messages.std_msgs import Float64, Float64MultiArray, Header
 from nrp_core.scene.consistency import WORLD, require
-from nrp_core.scene.devices import Rename
+from nrp_core.scene.devices import LATER, Rename, set_fields
 from nrp_core.scene.model import Joint, Model, Scene
 from nrp_core.scene.posture import Posture, start_positions
 from nrp_core.scene.reading.context import Element, Reading
@@ -72,9 +72,11 @@ class Muscle(Drive):
         fvmax: force at fast lengthening, a share of the peak force.
         activation_s, deactivation_s: time constants of the activation, s.
         smoothing: width of the transition between the time constants; 0 for none.
-        wraps: whether it wraps around shapes, or has properties beyond these: then only engines with
-            ``wrapping`` simulate it, from the element with its name in its file.
+        wraps: whether it wraps around shapes: then only engines with ``wrapping`` simulate it, from the
+            element with its name in its file.
         state_topic: the absolute topic of its state (``nrp_msgs/MuscleState``).
+        native: whether it has properties beyond these: then only engines with ``own_actuators`` simulate it,
+            from that element.
     """
 
     tag: ClassVar[str] = "muscle"
@@ -93,9 +95,14 @@ class Muscle(Drive):
     smoothing: float = 0.0
     wraps: bool = False
     state_topic: str = ""
+    native: bool = field(default=False, metadata=LATER)
+
+    __setstate__ = set_fields
 
     @property
     def needs(self) -> tuple[str, ...]:
+        if self.native:
+            return ("own_actuators",)
         return ("wrapping",) if self.wraps else ("muscles",)
 
     @property
@@ -148,6 +155,7 @@ class Muscle(Drive):
             smoothing=smoothing,
             wraps=wraps,
             state_topic=resolve_name(f"{topic}/state", reading.robot),
+            native=plugin.flag("native", default=False),
         )
 
     def describe(self, model: Model) -> str:

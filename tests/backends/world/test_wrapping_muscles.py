@@ -10,7 +10,9 @@ import pytest
 from golden import Golden
 
 from nrp_core import World, worlds
+from nrp_core.checks.validate import validate_file
 from nrp_core.errors import CapabilityError
+from nrp_core.findings import Level
 from nrp_core.messages.std_msgs import Float64, Float64MultiArray
 from nrp_core.scene.sdf import read_scene
 
@@ -35,6 +37,9 @@ LEG = """<mujoco><option integrator="implicitfast" tolerance="1e-14"/>
     <muscle name="back" tendon="back" lengthrange="0.2 0.5" force="300"/>
     <muscle name="straight" tendon="straight" lengthrange="0.1 0.3" force="100"/>
     <muscle name="joint" joint="knee" lengthrange="-2 0.2" force="5"/></actuator></mujoco>"""
+
+HEAD = "name: leg\nduration: 100 ms\nbrain: {backend: event, model: brain.py}\n"
+BRAIN = "import nrp_core.pynn as sim\n\nsim.setup()\nsim.Population(1, sim.IF_curr_exp(), label='one')\n"
 
 
 def opened(file: Path) -> World:
@@ -109,13 +114,37 @@ def test_a_changed_file_that_is_included_is_read_again(tmp_path: Path) -> None:
     [
         ('name="front"', ' limited="true" range="0.1 0.5"'),
         ('name="front"', ' stiffness="10"'),
+        ('name="straight"', ' damping="1"'),
         ('tendon="front"', ' ctrlrange="0 0.5"'),
+        ('name="hip"', ' actuatorfrcrange="-1 1"'),
     ],
 )
-def test_a_muscle_with_properties_that_only_mujoco_has_is_refused(
+def test_a_muscle_with_properties_that_only_mujoco_has_is_refused_before_the_run(
     place: str, more: str, tmp_path: Path, golden: Golden
 ) -> None:
-    file = tmp_path / "leg.xml"
-    file.write_text(LEG.format(root="", tendon="").replace(place, place + more, 1))
-    with golden.raises(CapabilityError, match="'front' of 'base'"):
-        opened(file)
+    (tmp_path / "leg.xml").write_text(LEG.format(root="", tendon="").replace(place, place + more, 1))
+    (tmp_path / "brain.py").write_text(BRAIN)
+    muscle = "straight" if "straight" in place else "front"
+    for engine in ("pybullet", "mujoco"):
+        file = tmp_path / f"{engine}.yaml"
+        file.write_text(f"{HEAD}world: {{backend: {engine}, scene: leg.xml}}\n")
+        errors = [one for one in validate_file(file) if one.level is Level.ERROR]
+        assert len(errors) == (engine == "pybullet"), errors
+        for error in errors:
+            assert f"'{muscle}' of 'base'" in error.message
+            golden(error.message)
+    with golden.raises(CapabilityError, match=f"'{muscle}' of 'base'"):
+        opened(tmp_path / "leg.xml")
+    backend = worlds().load("mujoco")
+    with backend.open(read_scene(tmp_path / "leg.xml"), seed=1, options=backend.options()) as world:
+        world.run_until(10_000_000)
+
+
+def test_what_a_flag_switches_off_for_mujoco_alone_is_reported(tmp_path: Path) -> None:
+    for flags, subjects in (('<flag limit="disable"/>', ["limit"]), ('<flag energy="enable"/>', [])):
+        file = tmp_path / "leg.xml"
+        text = LEG.format(root="", tendon="").replace('tolerance="1e-14"/>', f">{flags}</option>")
+        file.write_text(text)
+        with opened(file) as world:
+            found = [one.subject for one in world.warnings if one.code.name == "NRP260"]
+        assert found == subjects
