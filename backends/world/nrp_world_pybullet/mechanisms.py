@@ -15,6 +15,8 @@ _MECHANISMS = ("contact", "equality", "tendon")
 """Sections with mechanisms; actuators report themselves, and settings of solvers are meant for one engine."""
 _MEDIUM = ("density", "viscosity")
 """What an ``<option>`` says of the medium around a model; both are 0 for none."""
+_SWITCHES = ("contact", "spring", "damper", "limit", "gravity")
+"""What a ``<flag>`` of an ``<option>`` can switch off for MuJoCo alone."""
 _NAMED = 3
 """The number of joints that a report names."""
 
@@ -72,6 +74,10 @@ def _lacking(model: Model, foreign: Sequence[Native], exact: Sequence[str]) -> I
     for medium in _MEDIUM:
         if any(each.tag == "option" and _has(each, medium) for each in foreign):
             yield medium, f"the medium that brakes {of} ({medium})"
+    flags = [part for each in foreign if each.tag == "option" for part in each.children if part.tag == "flag"]
+    if off := [name for name in _SWITCHES if any(flag.attribute(name) == "disable" for flag in flags)]:
+        stated = ", ".join(f'{name}="disable"' for name in off)
+        yield off[0], f"the <flag> of the <option> of {of}, which switches off parts of MuJoCo: {stated}"
 
 
 def _of_muscles(model: Model, foreign: Sequence[Native]) -> set[str | None]:
