@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable
-from pathlib import Path
+from collections.abc import Callable, Hashable
 from threading import Lock
 from typing import Generic, TypeVar
 
@@ -21,11 +20,11 @@ class KeptReadings(Generic[R]):
 
     Args:
         most: the maximum number of results; the least recently used are dropped.
-        files_of: returns further files behind a result, which another reading may have opened.
+        may_keep: returns whether a result depends only on files that Python has opened in this reading.
     """
 
-    def __init__(self, most: int, files_of: Callable[[R], Iterable[Path]]) -> None:
-        self._most, self._files_of = most, files_of
+    def __init__(self, most: int, may_keep: Callable[[R], bool]) -> None:
+        self._most, self._may_keep = most, may_keep
         self._kept: dict[Hashable, tuple[FilesRead, R]] = {}
         self._lock = Lock()
 
@@ -43,9 +42,7 @@ class KeptReadings(Generic[R]):
         else:
             with FilesRead() as files:
                 kept = files, read()
-            for path in self._files_of(kept[1]):
-                files.note(str(path))
-        if kept[0].is_settled:
+        if self._may_keep(kept[1]) and kept[0].is_settled:
             with self._lock:
                 self._kept[key] = kept
                 while len(self._kept) > self._most:

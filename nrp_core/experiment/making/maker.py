@@ -100,7 +100,14 @@ def build_here(make: Callable[[], Network]) -> Network:
 
 Read = TypeVar("Read", bound=Scene | Model)
 
-_READINGS: Final[KeptReadings[Any]] = KeptReadings(128, files_behind)
+
+def _is_from_text(whole: Scene | Model) -> bool:
+    """Return whether Python read all that is behind a room or robot; MuJoCo and caches of meshes hide it."""
+    models = whole.models if isinstance(whole, Scene) else (whole,)
+    return not any(model.native for model in models) and not any(files_behind(whole))
+
+
+_READINGS: Final[KeptReadings[Any]] = KeptReadings(128, _is_from_text)
 """The rooms and robots that were read: the runs of a sweep share them."""
 
 
