@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from enum import Enum
@@ -100,6 +100,8 @@ class TransferFunction:
     Attributes:
         deferring: the parameters with changes that wait for :meth:`deliver`, once bound.
         publisher: publishes its return value, once bound; None without a topic.
+        origin: equal for functions of the same text with the same values of parameters, which copies call
+            together; by default its module.
 
     Raises:
         TransferFunctionError: the function has another form.
@@ -120,6 +122,7 @@ class TransferFunction:
         self.function, self.vectorized = function, vectorized
         self.name = function.__name__
         self.__code__ = inspect.unwrap(function).__code__
+        self.origin: Hashable = id(inspect.unwrap(function).__globals__)
         self.place = SourceLine.of_code(self.__code__)
         self.__doc__ = function.__doc__
         self.flow, self.topic, self.priority = flow, topic, priority

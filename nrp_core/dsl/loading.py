@@ -124,7 +124,7 @@ def load_transfer_functions(
     scope = scope or file_scope(names["nrp"])
     target = ModuleType(path.stem) if module is None else module
     vars(target).update({name: value for name, value in names.items() if name not in vars(target)})
-    with collecting() as functions:
+    with collecting() as functions, GivenParameters(parameters).answering():
         try:
             scope.run(path, target, code)
         except (Exception, SystemExit) as error:  # noqa: BLE001 - users' files raise anything

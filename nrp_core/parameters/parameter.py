@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from fractions import Fraction
 from math import isfinite
@@ -182,6 +184,15 @@ class GivenParameters:
         """The parameters that the script has declared so far."""
         return list(self._declared)
 
+    @contextmanager
+    def answering(self) -> Iterator[None]:
+        """Answer all calls of ``parameter`` in a block, whatever the script in it imports."""
+        token = _ANSWERING.set(self)
+        try:
+            yield
+        finally:
+            _ANSWERING.reset(token)
+
     def parameter(
         self,
         name: str,
@@ -208,6 +219,9 @@ class GivenParameters:
             ExperimentError: the declaration contradicts itself or another of the same name, or the value
                 does not fit.
         """
+        answering = _ANSWERING.get()
+        if answering is not None and answering is not self:  # the file has imported another one's function
+            return answering.parameter(name, default, unit=unit, low=low, high=high, doc=doc)
         declared = Parameter(name, default, unit, low, high, doc)  # type: ignore[arg-type]
         if self._declared.setdefault(name, declared) != declared:
             raise ParameterError(f"parameter '{name}' is declared twice, with different arguments")
@@ -216,6 +230,9 @@ class GivenParameters:
         except ValueError as error:
             raise ExperimentError(str(error)) from None
         return found  # type: ignore[return-value]
+
+
+_ANSWERING: ContextVar[GivenParameters | None] = ContextVar("answering", default=None)
 
 
 def fitting(

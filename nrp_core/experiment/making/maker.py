@@ -248,7 +248,11 @@ def load_function_file(
     loader = LOADERS.load(_suffix(path))
     declared = read_parameters(path, FUNCTIONS).parameters if parameters else ()
     given = {name: parameters[name] for name in declared if name in parameters}
-    return loader(path, parameters=given) if given else loader(path)
+    functions = loader(path, parameters=given) if given else loader(path)
+    origin = path.read_bytes(), repr(sorted(given.items()))
+    for function in functions:
+        function.origin = origin
+    return functions
 
 
 def _suffix(path: Path) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from functools import partial
@@ -197,8 +197,8 @@ def _continuations(
     return dict(zip(numbers, parts, strict=True))
 
 
-def _kind(waits: Waiting) -> tuple[str, Any]:
-    """Return the name and the code of the function that is called; one copy may have other code."""
+def _kind(waits: Waiting) -> tuple[str, Any, Hashable]:
+    """Return name, code and origin of the function that is called; one copy may have others."""
     function = waits[1][0]
     assert function is not None
-    return function.name, function.__code__
+    return function.name, function.__code__, function.origin

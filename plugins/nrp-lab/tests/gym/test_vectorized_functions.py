@@ -15,6 +15,7 @@ from nrp_core.cle import ClosedLoop
 from nrp_core.clock import NS_PER_MS
 from nrp_core.dsl.copies import gathered, rows_of
 from nrp_core.dsl.testing import MockBrain, MockWorld
+from nrp_core.experiment import Run, load_experiment
 from nrp_core.messages.geometry_msgs import Twist, Vector3, WrenchStamped
 from nrp_core.messages.std_msgs import Float64, Header
 
@@ -196,3 +197,39 @@ def test_none_in_all_copies_is_none_and_parts_of_messages_are_given_to_their_cop
     headers = gathered([Header(frame_id="one"), Header(frame_id="two")])
     stamped = rows_of(WrenchStamped(header=headers), 2)
     assert [each.header.frame_id for each in stamped] == ["one", "two"]
+
+
+@pytest.mark.parametrize(
+    "imported",
+    [
+        "import hbp_nrp_client.tf_framework as nrp",
+        "import nrp_core.dsl as nrp",
+        "from nrp_core import dsl as nrp",
+    ],
+)
+def test_copies_with_other_parameters_and_other_files_of_equal_functions_are_called_apart(tmp_path, imported):
+    text = """
+gain = nrp.parameter("gain", 1.0)
+@nrp.Neuron2Robot(nrp.Topic("/out", "std_msgs/Float64"), vectorized=True)
+def out(t):
+    return 0 * t + gain
+"""
+    (tmp_path / "brain.py").write_text(
+        "import nrp_core.pynn as sim\nsim.setup(timestep=1.0)\nsim.Population(1, sim.IF_curr_exp())\n"
+    )
+    (tmp_path / "out.py").write_text(imported + text)
+    (tmp_path / "more.py").write_text(imported + text.replace("1.0)", "3.0)"))
+    (tmp_path / "gains.yaml").write_text(
+        "name: gains\nduration: 1 s\nbrain: {backend: event, model: brain.py}\n"
+        "world: {backend: mujoco, scene: empty}\ntopics: {/out: std_msgs/Float64}\n"
+        "transfer_functions: [out.py]\n"
+    )
+    texts = "seed=1", "function_parameters.gain=2", f"transfer_functions=[{tmp_path}/more.py]"
+    with ExitStack() as opened:
+        runs = [
+            opened.enter_context(Run(load_experiment(str(tmp_path / "gains.yaml"), [setting])))
+            for setting in texts
+        ]
+        heard = [run.world.subscribe("/out") for run in runs]
+        assert opened.enter_context(SideBySide()).step([run.loop for run in runs]) == {}
+        assert [topic.latest.message.data for topic in heard] == [1.0, 2.0, 3.0]
