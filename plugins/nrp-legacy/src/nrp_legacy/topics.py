@@ -292,7 +292,7 @@ class SharedTopics:
     def _alone(self, model: Model, parts: Iterable[Part], findings: Findings) -> Iterator[Part]:
         for part in parts:
             names = [field.name for field in fields(part) if field.name.endswith("topic")]  # type: ignore[arg-type]
-            topics = {name: getattr(part, name) for name in names if getattr(part, name) is not None}
+            topics = {name: getattr(part, name) for name in names if getattr(part, name)}
             changes = {}
             for name, topic in topics.items():
                 is_command = name == "command_topic" or isinstance(part, JointController | PairController)
