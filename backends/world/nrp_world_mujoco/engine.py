@@ -235,7 +235,7 @@ class MujocoEngine(JointedEngine):
             rows = [row for number in together if (row := engines[number]._row) is not None]
             left = [together[place] for place in first._shared.steps_of(first._model, rows).take(steps)]
             for text in SAID.keys() - said if left else ():
-                del SAID[text]
+                SAID.pop(text, None)
             for number in set(together) - set(left):
                 engines[number]._note_steps(steps)
             alone = sorted({*range(len(engines))} - set(together) | set(left))
@@ -272,7 +272,7 @@ class MujocoEngine(JointedEngine):
             work.loaded, work.placed, work.rated = moment, None, None
         if self._creep.watches:
             self._watch_creep(steps, data)
-        if SAID or work.has_warned:
+        if SAID or work.warned.tobytes() != work.muted:
             self._report_warnings(work)
 
     def _watch_creep(self, steps: int, data: Any) -> None:
@@ -365,22 +365,17 @@ class MujocoEngine(JointedEngine):
             scene = replace(scene, models=tuple(model for model in scene.models if model not in alone))
         super()._put_at_start(scene)
 
-    def _is_calm(self) -> bool:
-        """Return whether the state is finite, slow and within the limits of joints."""
+    def check_state(self, t_ns: int) -> None:
         positions, rates = self._positions, self._rates
         # sums of squares are faster than a check of each number
-        if not (isfinite(positions.dot(positions)) and rates.dot(rates) < MOST_RATE**2):
-            return False
-        now = positions.take(self._limited)
-        return not ((now < self._low) | (now > self._high)).any()
-
-    def check_state(self, t_ns: int) -> None:
-        if not self._is_calm():
-            super().check_state(t_ns)
-            rates = self._rates
-            if not abs(rates).max() < MOST_RATE:
-                message = f"MuJoCo diverged: a body moves at {abs(rates).max():.4g} m/s (or rad/s)"
-                raise DivergedError(message, t_ns=t_ns)
+        if isfinite(positions.dot(positions)) and rates.dot(rates) < MOST_RATE**2:
+            now = positions.take(self._limited)
+            if not ((now < self._low) | (now > self._high)).any():
+                return
+        super().check_state(t_ns)
+        if not abs(rates).max() < MOST_RATE:
+            message = f"MuJoCo diverged: a body moves at {abs(rates).max():.4g} m/s (or rad/s)"
+            raise DivergedError(message, t_ns=t_ns)
 
     def _do_reset(self, seed: int) -> None:
         if self._row is None:
@@ -569,9 +564,9 @@ class MujocoEngine(JointedEngine):
 
 
 def _are_alike(engines: Sequence[MujocoEngine]) -> bool:
-    """Return whether engines have the same scene, so that their states have the same layout."""
-    scene = engines[0].scene
-    return all(engine.scene is scene for engine in engines)
+    """Return whether engines have the same scene and options, so that their states have the same layout."""
+    scene, identity = engines[0].scene, engines[0].identity
+    return all(engine.scene is scene and engine.identity == identity for engine in engines)
 
 
 def _stacked(arrays: Sequence[FloatArray]) -> FloatArray:
@@ -582,7 +577,7 @@ def _stacked(arrays: Sequence[FloatArray]) -> FloatArray:
 def _restless(engines: Sequence[MujocoEngine]) -> list[int]:
     """Return the numbers of engines whose states need a complete check."""
     if not _are_alike(engines):
-        return [number for number, engine in enumerate(engines) if not engine._is_calm()]
+        return [*range(len(engines))]
     first = engines[0]
     positions = _stacked([engine._positions for engine in engines])
     rates = _stacked([engine._rates for engine in engines])

@@ -27,6 +27,7 @@ class Workspace:
     Attributes:
         data: MuJoCo's data.
         warned: how often MuJoCo gave each kind of warning, plus one: it prints and logs only the first one.
+        muted: the bytes of these counts as long as it has given none.
         loaded: a token of the state that is in the data; a state has a new token after each change.
         placed, rated: the tokens of the states to which poses and velocities in the data belong.
         present: reads actuators and sensors.
@@ -36,16 +37,11 @@ class Workspace:
         self.data = mujoco.MjData(model)
         self.warned = self.data.warning.number
         self.mute()
-        self._muted = self.warned.tobytes()
+        self.muted = self.warned.tobytes()
         self.present = PresentState(model)
         self.loaded: object = None
         self.placed: object = None
         self.rated: object = None
-
-    @property
-    def has_warned(self) -> bool:
-        """Whether MuJoCo gave a warning since all kinds were counted as printed."""
-        return bool(self.warned.tobytes() != self._muted)
 
     def mute(self) -> None:
         """Count every kind of warning as already printed."""
