@@ -70,19 +70,20 @@ class EngineVerdict:
     @property
     def headline(self) -> str:
         """The verdict in a sentence that names the largest differences."""
+        both = "runs" if all(one.one == one.other for one in self.differences) else "engines"
         match self.agreement:
             case Agreement.DIFFER:
                 partly = (
                     f"Not compared to the end ({'; '.join(self.problems)}): the" if self.problems else "The"
                 )
-                return f"{partly} engines differ in {_named(self.new)}"
+                return f"{partly} {both} differ in {_named(self.new)}"
             case Agreement.NONE:
                 reasons = "; ".join(self.problems) or "they have no common signals"
                 return f"The engines were not compared: {reasons}"
             case Agreement.KNOWN:
-                return f"The engines agree, apart from {len(self.known)} known differences"
+                return f"The {both} agree, apart from {len(self.known)} known differences"
             case _:
-                return f"The engines agree: {len(self.differences)} measurements are within their margins"
+                return f"The {both} agree: {len(self.differences)} measurements are within their margins"
 
 
 NOT_COMPARED = EngineVerdict(())
