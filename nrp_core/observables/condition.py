@@ -89,9 +89,16 @@ class Condition:
         """Return the condition in words, such as ``above 1 m``."""
         ending = f" {unit}" if unit else ""
         if self.above is not None and self.below is not None and self.equals is None and self.reaches:
-            return f"between {self.above} and {self.below}{ending}"
+            return f"between {_short(self.above)} and {_short(self.below)}{ending}"
         bounds = {"above": self.above, "below": self.below, "equal to": self.equals}
-        return " and ".join(f"{how} {bound}{ending}" for how, bound in bounds.items() if bound is not None)
+        given = {how: _short(bound) for how, bound in bounds.items() if bound is not None}
+        return " and ".join(f"{how} {bound}{ending}" for how, bound in given.items())
+
+
+def _short(value: Any) -> str:
+    """Return a value in words; a number that was converted, such as 36 deg in rad, with six digits."""
+    text = str(value)
+    return f"{value:.6g}" if isinstance(value, float) and len(text) > 10 else text
 
 
 class Sentence:
