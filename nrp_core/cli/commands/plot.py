@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 FIGURES = ("run", "raster", "trajectory", "devices", "camera")
 _DPI = 150
-PANELS = ("map", "timeline", "spikes", "voltages", "devices", "commands", "camera")
+PANELS = ("map", "timeline", "spikes", "voltages", "devices", "commands", "observables", "camera")
 
 
 def plot(

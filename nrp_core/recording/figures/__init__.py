@@ -59,7 +59,7 @@ class What(StrEnum):
     TRAJECTORY = "trajectory"
     """The room from above with the tracks of the robots."""
     DEVICES = "devices"
-    """Values of devices and commands to the robots."""
+    """Values of devices, commands to the robots, and observables."""
     CAMERA = "camera"
     """Camera images at important times."""
 

@@ -154,7 +154,8 @@ def _trajectory(story: Story, options: PlotOptions) -> Figure | None:
 
 
 def _devices(story: Story, options: PlotOptions) -> Figure | None:
-    rows = [*value_rows("devices", story.sinks), *value_rows("commands", moving(story.commands))]
+    kinds = {"devices": story.sinks, "commands": moving(story.commands), "observables": story.observables}
+    rows = [row for kind, series in kinds.items() for row in value_rows(kind, series)]
     if not rows:
         return None
     heights = [height_of(series, 1.6) for _, series in rows]
@@ -281,7 +282,7 @@ def _rows(story: Story, coloured: Sequence[Coloured], panels: Collection[Panel])
         rows.append((1.7, "Spikes", lambda axes: draw_raster(axes, story)))
     kinds = (
         (Panel.VOLTAGES, story.voltages), (Panel.DEVICES, story.sinks),
-        (Panel.COMMANDS, moving(story.commands)),
+        (Panel.COMMANDS, moving(story.commands)), (Panel.OBSERVABLES, story.observables),
     )  # fmt: skip
     values = [row for panel, series in kinds if panel in panels for row in value_rows(panel, series)]
     for title, series in values[:6]:

@@ -14,6 +14,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.messages.std_msgs import ColorRGBA
+from nrp_core.observables import topic_of
 from nrp_core.recording.layout import SCENE, Role
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
 from nrp_core.recording.reading.reader import Recorded, RecordingReader
@@ -79,7 +80,8 @@ class Story:
         spikes: by population: ids and times in s.
         voltages: membrane voltages, by topic and cell.
         sinks: values of devices that record neurons.
-        commands: numbers that were published, by topic and field.
+        commands: numbers that were published, by topic and field, except observables.
+        observables: those of the experiment's observables.
         colours: the colour of each visual from each time on.
     """
 
@@ -95,6 +97,7 @@ class Story:
     voltages: dict[str, StepSeries] = field(default_factory=dict)
     sinks: dict[str, StepSeries] = field(default_factory=dict)
     commands: dict[str, StepSeries] = field(default_factory=dict)
+    observables: dict[str, StepSeries] = field(default_factory=dict)
     colours: dict[str, list[tuple[float, Rgb]]] = field(default_factory=dict)
 
     @classmethod
@@ -216,7 +219,8 @@ class Story:
         for one in number_values(message, topic.elements):
             unit = one.unit or topic.about.get("unit", "")
             series = StepSeries(_label(topic, one.path), unit)
-            self.commands.setdefault(f"{topic.name}.{one.path}", series).add(t_s, one.value, self.begin_s)
+            group = self.observables if topic.name.startswith(topic_of("")) else self.commands
+            group.setdefault(f"{topic.name}.{one.path}", series).add(t_s, one.value, self.begin_s)
 
 
 def _motion(before: Pose, now: Pose) -> float:

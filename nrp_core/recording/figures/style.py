@@ -33,6 +33,7 @@ class Panel(StrEnum):
     VOLTAGES = "voltages"
     DEVICES = "devices"
     COMMANDS = "commands"
+    OBSERVABLES = "observables"
     CAMERA = "camera"
 
 
