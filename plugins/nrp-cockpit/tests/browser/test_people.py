@@ -194,7 +194,7 @@ def test_the_page_comes_back_when_its_server_does(husky: str, pages: Pages):
 def test_a_cell_shows_its_membrane_and_a_projection_its_weights(husky: str, watched: Watched):
     page = watched.open(husky)
     inspector = page.get_by_role("region", name="Selected")
-    inspector.get_by_role("button", name="→ [4] to [7]").click()
+    inspector.get_by_role("button", name="green blue eye → right wheel neuron").click()
     expect(inspector.get_by_role("region", name="Weights")).to_contain_text("uS")
     expect(inspector.get_by_role("img", name="Histogram of the weights", exact=False)).to_be_visible()
     weights = inspector.get_by_role("region", name="Weights").get_by_role("row")
