@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
@@ -45,12 +45,15 @@ class RecordedSession(Session):
         self.beside: Companion | None = None
         self.recording = Recording(folder)
         self.messages = StoredMessages(self.recording.file)
-        self._begin_ns, self._end_ns = self.messages.span_ns
-        self._now_ns = self._begin_ns
-        self.run = RecordedRun(self.recording, self.messages)
-        self.stream = RecordedStream(self.messages, hub)
-        self._pacing: Pacing = self._paced(self.pace)
-        self.reports = RecordedReports(self)
+        with ExitStack() as opened:
+            opened.callback(self.messages.close)
+            self._begin_ns, self._end_ns = self.messages.span_ns
+            self._now_ns = self._begin_ns
+            self.run = RecordedRun(self.recording, self.messages)
+            self.stream = RecordedStream(self.messages, hub)
+            self._pacing: Pacing = self._paced(self.pace)
+            self.reports = RecordedReports(self)
+            opened.pop_all()
 
     @property
     def lead(self) -> RecordedSession:
