@@ -39,10 +39,12 @@ class KeptReadings(Generic[R]):
             kept = self._kept.pop(key, None)
         if kept is not None and kept[0].is_current:
             kept[0].announce()
+            keeps = True
         else:
             with FilesRead() as files:
                 kept = files, read()
-        if self._may_keep(kept[1]) and kept[0].is_settled:
+            keeps = files.is_settled and self._may_keep(kept[1])
+        if keeps:
             with self._lock:
                 self._kept[key] = kept
                 while len(self._kept) > self._most:
