@@ -230,7 +230,8 @@ class MujocoEngine(JointedEngine):
     def advance_all(cls, engines: Sequence[MujocoEngine], steps: int) -> Failures:
         failed: Failures = {}
         first, together = engines[0], [n for n, engine in enumerate(engines) if engine._takes_plain_steps]
-        if len(together) > 1 and _are_alike(engines) and first._shared is not None:
+        are_alike = _are_alike(engines)
+        if len(together) > 1 and are_alike and first._shared is not None:
             said = set(SAID)
             rows = [row for number in together if (row := engines[number]._row) is not None]
             left = [together[place] for place in first._shared.steps_of(first._model, rows).take(steps)]
@@ -244,9 +245,11 @@ class MujocoEngine(JointedEngine):
         for number in alone:
             note_failure(failed, number, partial(engines[number].advance, steps))
         rest = [number for number in range(len(engines)) if number not in failed]
-        for number in _restless([engines[number] for number in rest]) if rest else ():
-            engine = engines[rest[number]]
-            note_failure(failed, rest[number], partial(engine.check_state, engine.now_ns))
+        if are_alike and rest:
+            rest = [rest[place] for place in _restless([engines[number] for number in rest])]
+        for number in rest:
+            engine = engines[number]
+            note_failure(failed, number, partial(engine.check_state, engine.now_ns))
         return failed
 
     @property
@@ -575,9 +578,7 @@ def _stacked(arrays: Sequence[FloatArray]) -> FloatArray:
 
 
 def _restless(engines: Sequence[MujocoEngine]) -> list[int]:
-    """Return the numbers of engines whose states need a complete check."""
-    if not _are_alike(engines):
-        return [*range(len(engines))]
+    """Return the numbers of engines, which are alike, whose states need a complete check."""
     first = engines[0]
     positions = _stacked([engine._positions for engine in engines])
     rates = _stacked([engine._rates for engine in engines])
