@@ -19,7 +19,7 @@ from nrp_core.messages.std_msgs import ColorRGBA
 from nrp_core.observables.condition import Sentence
 from nrp_core.observables.observable import Surroundings
 from nrp_core.scene.materials import color_of
-from nrp_core.scene.model import Scene
+from nrp_core.scene.model import Scene, scoped_name
 from nrp_core.world.topics import TopicInfo, check_message
 from nrp_core.world.world import World
 
@@ -210,9 +210,10 @@ def action_of(publish: Publish, world: World, place: Place | None = None) -> Act
     """
     publication = world.advertise(publish.topic)
     message = to_message(publication.topic, publish.value)
-    if publication.topic.response is not None:
-        _require_parts(message, world.scene)
-    if place is None or publication.topic.response is None:
+    if publication.topic.response is None:
+        return partial(publication.publish, message)
+    _require_parts(message, world.scene)
+    if place is None:
         return partial(publication.publish, message)
 
     def request() -> None:
@@ -225,13 +226,17 @@ def action_of(publish: Publish, world: World, place: Place | None = None) -> Act
 
 def _require_parts(request: Any, scene: Scene) -> None:
     """Require the links and joints that a request names as ``model::link`` of models that exist already."""
-    for field, kind in (("body_name", "link"), ("link_name", "link"), ("joint_name", "joint")):
-        name, _, part = str(getattr(request, field, "")).replace("/", "::").rpartition("::")
-        for model in (model for model in scene.models if model.name == name):
-            joints = (coordinate for joint in model.joints for coordinate in joint.coordinates)
-            known = [link.name for link in model.links] if kind == "link" else [*joints]
-            if part not in known:
-                raise SceneError(f"model '{name}' has no {kind} '{part}'{did_you_mean(part, known)}")
+    models = {model.name: model for model in scene.models}
+    for field in ("body_name", "link_name", "joint_name"):
+        name, part = scoped_name(str(getattr(request, field, "")))
+        if name not in models:
+            continue
+        if field != "joint_name":
+            models[name].link(part)
+            continue
+        known = [coordinate for joint in models[name].joints for coordinate in joint.coordinates]
+        if part not in known:
+            raise SceneError(f"model '{name}' has no joint '{part}'{did_you_mean(part, known)}")
 
 
 class Events:

@@ -11,7 +11,7 @@ from nrp_core.messages import gazebo_srvs as srv
 from nrp_core.messages.base import Time, ns_of
 from nrp_core.messages.gazebo_msgs import LinkState
 from nrp_core.messages.std_msgs import Header
-from nrp_core.scene.model import Model
+from nrp_core.scene.model import Model, scoped_name
 from nrp_core.scene.rigid import ModelMotion, Pose, Wrench
 from nrp_core.world.forces import Push
 from nrp_core.world.model_states import pose_of, relative_motion, state_messages, vector_of, world_motion
@@ -140,8 +140,8 @@ class BodyRequests:
 
     def _link(self, name: str) -> tuple[Model, str]:
         """Return the model and link of ``model::link``; for a name alone, the only model that has it."""
-        model_name, found, link = name.replace("/", "::").rpartition("::")
-        if found:
+        model_name, link = scoped_name(name)
+        if model_name is not None:
             model = self._world.scene.model(model_name)
             return model, model.link(link).name
         owners = [model for model, each in self._world.scene.links() if each.name == name]
@@ -153,13 +153,15 @@ class BodyRequests:
 
     def _joint(self, name: str) -> tuple[str, str]:
         """Return the model and joint of ``model::joint``; for a name alone, the only model that has it."""
-        model_name, found, joint = name.replace("/", "::").rpartition("::")
-        models = [self._world.scene.model(model_name)] if found else list(self._world.scene.models)
+        model_name, joint = scoped_name(name)
+        models = (
+            list(self._world.scene.models) if model_name is None else [self._world.scene.model(model_name)]
+        )
         owners = [m.name for m in models if any(joint in j.coordinates for j in m.joints)]
         if len(owners) != 1:
             known = [name for m in models for j in m.joints for name in j.coordinates]
             many = "more than one model has" if owners else "no model has"
-            where = f"'{model_name}' has no" if found else many
+            where = many if model_name is None else f"'{model_name}' has no"
             raise SceneError(f"{where} joint '{joint}'{did_you_mean(joint, known)}")
         return owners[0], joint
 
