@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from hashlib import blake2b
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final, TypeAlias, TypeVar
@@ -249,7 +250,7 @@ def load_function_file(
     declared = read_parameters(path, FUNCTIONS).parameters if parameters else ()
     given = {name: parameters[name] for name in declared if name in parameters}
     functions = loader(path, parameters=given) if given else loader(path)
-    origin = path.read_bytes(), repr(sorted(given.items()))
+    origin = blake2b(path.read_bytes() + repr(sorted(given.items())).encode()).digest()
     for function in functions:
         function.origin = origin
     return functions
