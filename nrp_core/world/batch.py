@@ -24,6 +24,7 @@ from nrp_core.scene.rigid import JointStates
 from nrp_core.simulation import Failures, State, note_failure
 from nrp_core.world.engine import Engine
 from nrp_core.world.render.cameras import SHARED
+from nrp_core.world.switchboard import release_all
 from nrp_core.world.topics import Publication, Subscription, TopicInfo
 from nrp_core.world.world import World
 
@@ -228,6 +229,11 @@ def advance_together(worlds: Sequence[World], times_ns: Sequence[int]) -> Failur
         if number in failed:
             note_failure(failed, number, partial(worlds[number].fail, "advance", failed[number]))
     return failed
+
+
+def release_together(worlds: Sequence[World]) -> Failures:
+    """Release the messages that each world holds; return the errors by the numbers of the worlds."""
+    return release_all([world._board for world in worlds])
 
 
 def _next_steps(

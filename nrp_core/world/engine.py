@@ -328,6 +328,14 @@ class Engine(JointCommands):
         """Set the target velocity of a drive."""
         self._do_set_drive(model, drive, velocity)
 
+    @classmethod
+    def set_drive_of(
+        cls, engines: Sequence[Any], model: str, drive: str, velocities: Sequence[BodyVelocity]
+    ) -> None:
+        """Set the target velocity of a drive in several engines; see :meth:`set_drive`."""
+        for engine, velocity in zip(engines, velocities, strict=True):
+            engine._do_set_drive(model, drive, velocity)
+
     @final
     def set_wrench(self, model: str, link: str, wrench: Wrench, of: str = "") -> bool:
         """Set the wrench that acts at a link's centre of mass from now on, in addition to those of others.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from nrp_core.world.topics import Stamped, TopicInfo
@@ -53,6 +53,17 @@ class Part(ABC):
             now_ns: the time.
         """
         raise NotImplementedError(topic)
+
+    @classmethod
+    def write_all(
+        cls, parts: Sequence[Any], topic: str, rows: Sequence[Sequence[float]], times_ns: Sequence[int]
+    ) -> bool:
+        """Receive numbers on one of the :attr:`number_topics` in several copies, if it can do so at once.
+
+        Returns:
+            Whether it has; otherwise nothing has changed, and :meth:`write` is called for each part.
+        """
+        return False
 
     def on_subscriptions_changed(self, subscribed: frozenset[str]) -> None:
         """Receive the names of all subscribed topics of the world."""

@@ -21,7 +21,7 @@ from nrp_core.errors import TopicError, did_you_mean
 from nrp_core.findings import Code
 from nrp_core.messages.base import NumberLayout, layout_of, type_name
 from nrp_core.seeds import Seeds
-from nrp_core.simulation import Simulation, guarded
+from nrp_core.simulation import Failures, Simulation, guarded, note_failure
 from nrp_core.world.controllers.joint import JointGroup, effort_group
 from nrp_core.world.engine import Engine
 from nrp_core.world.part import Part
@@ -347,11 +347,12 @@ class Switchboard:
         """Deliver the messages that wait, in the order in which they were published."""
         held, self._held = self._held or (), None
         for name, message, numbers in held:
-            if name in self._parts or name in self._bus:
-                self._send(name, message, numbers)
-            else:
-                lost = f"a message on '{name}' was dropped: its model was deleted in the same step"
-                self._engine.warnings.add(Code.NRP282, lost, subject=name)
+            self._send(name, message, numbers)
+
+    def _only_receiver(self, name: str) -> Part | None:
+        """Return what alone receives the numbers of messages on a topic, if that is one part."""
+        parts = self._parts.get(name, ())
+        return parts[0] if len(parts) == 1 and not self.observers else None
 
     def _send(self, name: str, message: Any, numbers: Sequence[float] | None) -> None:
         """Deliver a message that its sender does not change any more, or the numbers in it."""
@@ -362,9 +363,13 @@ class Switchboard:
             except BaseException as error:
                 self._fail(name, error)
                 raise
-        else:
-            (self._received if self._bus[name] else self._unreceived).add(name)
+        elif (subscriptions := self._bus.get(name)) is not None:
+            (self._received if subscriptions else self._unreceived).add(name)
             self.push(name, Stamped(self._engine.now_ns, message))
+        else:
+            lost = f"a message on '{name}' was dropped: its model was deleted in the same step"
+            self._engine.warnings.add(Code.NRP282, lost, subject=name)
+            return
         if self.observers:
             self.show(name, message if numbers is None else self._layouts[name].message(numbers))
 
@@ -522,3 +527,44 @@ class NumbersPublication:
         else:
             for publication, value in zip(self._publications, values, strict=True):
                 publication.publish_numbers([value])
+
+
+def release_all(boards: Sequence[Switchboard]) -> Failures:
+    """Let the boards of several copies deliver the messages that wait, each in its own order.
+
+    Returns:
+        The errors by the numbers of the boards.
+    """
+    held = [board._held or () for board in boards]
+    for board in boards:
+        board._held = None
+    failed: Failures = {}
+    for place in range(max(map(len, held), default=0)):
+        waiting = {
+            number: messages[place]
+            for number, messages in enumerate(held)
+            if place < len(messages) and number not in failed
+        }
+        for number in _written_together(boards, waiting):
+            del waiting[number]
+        for number, message in waiting.items():
+            note_failure(failed, number, partial(boards[number]._send, *message))
+    return failed
+
+
+def _written_together(
+    boards: Sequence[Switchboard], waiting: Mapping[int, tuple[str, Any, Sequence[float] | None]]
+) -> list[int]:
+    """Write numbers that parts of one kind take at once; return the numbers of their boards."""
+    batches: dict[Any, list[tuple[int, Part]]] = {}
+    for number, (name, _, numbers) in waiting.items():
+        if numbers is not None and (part := boards[number]._only_receiver(name)) is not None:
+            batches.setdefault((type(part), name), []).append((number, part))
+    done: list[int] = []
+    for (kind, name), batch in batches.items():
+        parts = [part for _, part in batch]
+        rows = [waiting[number][2] for number, _ in batch]
+        times_ns = [boards[number]._engine.now_ns for number, _ in batch]
+        if len(parts) > 1 and kind.write_all(parts, name, rows, times_ns):
+            done += [number for number, _ in batch]
+    return done

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.scene.rigid import BodyVelocity, Pose
-from nrp_core.world.engine_kit.planar_servo import PlanarServo
+from nrp_core.world.engine_kit.planar_servo import PlanarServo, towards_each
 from nrp_core.world.engine_kit.simulated import Decay
 from nrp_world_mujoco.build import Built
 from nrp_world_mujoco.library import mujoco
-from nrp_world_mujoco.motion import Floating
+from nrp_world_mujoco.motion import Floating, change_velocities
 
 
 class Drive:
@@ -49,7 +50,7 @@ class Drive:
         if before == velocity:
             return
         if servo.limit and before is not None:
-            self.base.change_velocity(lambda v, w: servo.change(v, w, before, velocity))
+            self.base.change_velocity(partial(servo.change, before=before, after=velocity))
         self.command = velocity
         self.control((*servo.aims(velocity, self.step_s), *servo.spins(velocity)))
 
@@ -60,6 +61,39 @@ class Drive:
     def forget(self) -> None:
         """Treat the next command as if it had been in force before."""
         self.command = None
+
+
+def set_velocities(drives: Sequence[Drive], velocities: Sequence[BodyVelocity]) -> None:
+    """Set the target velocities of several drives, as :meth:`Drive.set_velocity` does, by arrays."""
+    changing = [
+        (drive, velocity)
+        for drive, velocity in zip(drives, velocities, strict=True)
+        if drive.command != velocity
+    ]
+    servo, step_s = drives[0].servo, drives[0].step_s
+    if any(
+        drive.servo is not servo or drive.step_s != step_s or drive.command is None for drive, _ in changing
+    ):
+        for drive, velocity in changing:
+            drive.set_velocity(velocity)
+        return
+    if not changing:
+        return
+    drives, velocities = zip(*changing, strict=True)
+    before, after = _in_arrays([drive.command for drive in drives]), _in_arrays(velocities)
+    with np.errstate(all="ignore"):  # as numbers of Python
+        if servo.limit:
+            change = partial(servo.change, before=before, after=after, towards=towards_each)
+            change_velocities([drive.base for drive in drives], change)
+        controls = np.array([*servo.aims(after, step_s), *servo.spins(after)]).T
+    for drive, velocity, row in zip(drives, velocities, controls, strict=True):
+        drive.command = velocity
+        drive.control(row)
+
+
+def _in_arrays(velocities: Sequence[Any]) -> Any:
+    """Return velocities as one of arrays."""
+    return BodyVelocity(*np.array([(each.forward, each.left, each.turn) for each in velocities]).T)
 
 
 class Decays:

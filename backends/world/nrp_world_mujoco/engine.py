@@ -37,7 +37,7 @@ from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf
 from nrp_world_mujoco.build import Built, build
 from nrp_world_mujoco.control import Control
 from nrp_world_mujoco.creep import Creep
-from nrp_world_mujoco.drive import Decays, Drive
+from nrp_world_mujoco.drive import Decays, Drive, set_velocities
 from nrp_world_mujoco.library import SAID, mujoco, scalar_first
 from nrp_world_mujoco.motion import Floating, JointReader, LinkReader, motion_of
 from nrp_world_mujoco.muscles import COMPLETE, ActuatorGroup
@@ -190,6 +190,17 @@ class MujocoEngine(JointedEngine):
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
         super()._do_set_drive(model, drive, velocity)
         self._moment = object()  # it may have changed a velocity
+
+    @classmethod
+    def set_drive_of(
+        cls, engines: Sequence[MujocoEngine], model: str, drive: str, velocities: Sequence[BodyVelocity]
+    ) -> None:
+        if cls._do_set_drive is not MujocoEngine._do_set_drive:
+            super().set_drive_of(engines, model, drive, velocities)
+            return
+        set_velocities([engine._drives[model, drive] for engine in engines], velocities)
+        for engine in engines:
+            engine._moment = object()
 
     def _do_set_servo_efforts(self, model: str, joints: tuple[str, ...], efforts: Sequence[float]) -> None:
         if not self._control.set_efforts(model, joints, efforts):

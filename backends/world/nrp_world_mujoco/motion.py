@@ -89,11 +89,24 @@ class Floating:
             by: takes its velocity along and its angular velocity about its own axes, and returns the changes
                 of the forward, leftward and turning velocity.
         """
-        _, _, _, qw, qx, qy, qz = self.position.tolist()
-        vx, vy, vz, wx, wy, wz = self.velocity.tolist()
-        forward, left, turn = by(rotate_vector(-qx, -qy, -qz, qw, (vx, vy, vz)), (wx, wy, wz))
-        x, y, z = rotate_vector(qx, qy, qz, qw, (forward, left, 0.0))
-        self.velocity[:] = vx + x, vy + y, vz + z, wx, wy, wz + turn
+        self.velocity[:] = _changed(self.position.tolist(), self.velocity.tolist(), by)
+
+
+def change_velocities(bases: Sequence[Floating], by: Callable[[Vector, Vector], Vector]) -> None:
+    """Change the velocities of several bases; see :meth:`Floating.change_velocity`, here of arrays."""
+    positions = np.array([base.position for base in bases])
+    velocities = np.array([base.velocity for base in bases])
+    changed = np.array(_changed(positions.T, velocities.T, by)).T
+    for base, velocity in zip(bases, changed, strict=True):
+        base.velocity[:] = velocity
+
+
+def _changed(position: Any, velocity: Any, by: Callable[[Vector, Vector], Vector]) -> tuple[Any, ...]:
+    _, _, _, qw, qx, qy, qz = position
+    vx, vy, vz, wx, wy, wz = velocity
+    forward, left, turn = by(rotate_vector(-qx, -qy, -qz, qw, (vx, vy, vz)), (wx, wy, wz))
+    x, y, z = rotate_vector(qx, qy, qz, qw, (forward, left, 0.0))
+    return vx + x, vy + y, vz + z, wx, wy, wz + turn
 
 
 class _Jointed:

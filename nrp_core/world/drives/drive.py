@@ -127,6 +127,22 @@ class DrivePart(Part):
         self.deadline_ns = None if self._timeout_ns is None else now_ns + self._timeout_ns
         self.set_target_velocity(velocity)
 
+    @classmethod
+    def write_all(
+        cls, parts: Sequence[Any], topic: str, rows: Sequence[Sequence[float]], times_ns: Sequence[int]
+    ) -> bool:
+        kinds = {(type(part._engine), part._model, part._drive.name) for part in parts}
+        is_plain = (cls.write, cls.set_target_velocity) == (DrivePart.write, DrivePart.set_target_velocity)
+        if len(kinds) > 1 or cls.steers or not is_plain:
+            return False
+        ((engine, model, drive),) = kinds
+        velocities = [part._body_velocity(*row) for part, row in zip(parts, rows, strict=True)]
+        for part, velocity, now_ns in zip(parts, velocities, times_ns, strict=True):
+            part.deadline_ns = None if part._timeout_ns is None else now_ns + part._timeout_ns
+            part._velocity = velocity
+        engine.set_drive_of([part._engine for part in parts], model, drive, velocities)
+        return True
+
     def set_target_velocity(self, velocity: BodyVelocity) -> None:
         """Set the velocity that the engine gives the robot from now on."""
         self._velocity = velocity

@@ -21,12 +21,14 @@ neither pitches its robot nor tips it over.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import hypot, sqrt
+from typing import Any
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core._support.small_matrices import product
 from nrp_core.errors import SceneError
 from nrp_core.scene.inertia import inertia_tensor, sum_inertials
@@ -130,6 +132,21 @@ Aims = tuple[float, float, float, float]
 """Forward velocities of the left and right point and leftward velocities of the front and rear point, m/s."""
 
 
+def _towards(velocity: float, before: float, after: float) -> float:
+    """Return the change of a velocity when its command changes."""
+    change, gap = after - before, after - velocity
+    if not change * gap > 0:
+        return 0.0
+    return change if (change < gap if change > 0 else change > gap) else gap  # the smaller one
+
+
+def towards_each(velocity: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
+    """Return the changes of velocities when their commands change."""
+    change, gap = after - before, after - velocity
+    is_smaller = np.where(change > 0, change < gap, change > gap)
+    return np.where(change * gap > 0, np.where(is_smaller, change, gap), 0.0)
+
+
 @dataclass(frozen=True, slots=True)
 class PlanarServo:
     """The servo of one drive.
@@ -190,7 +207,14 @@ class PlanarServo:
         angular = motion.pose.rotate((0.0, 0.0, turn))
         return ModelMotion(motion.pose, _sum(motion.linear, linear), _sum(motion.angular, angular))
 
-    def change(self, linear: Vector, angular: Vector, before: BodyVelocity, after: BodyVelocity) -> Vector:
+    def change(
+        self,
+        linear: Vector,
+        angular: Vector,
+        before: BodyVelocity,
+        after: BodyVelocity,
+        towards: Callable[[Any, Any, Any], Any] = _towards,
+    ) -> Vector:
         """Return the change of the driven body's velocity when the command changes.
 
         Each velocity changes by the change of the command, but only towards the command and not beyond it: a
@@ -201,6 +225,7 @@ class PlanarServo:
             angular: angular velocity about these axes, rad/s.
             before: the command until now.
             after: the command from now on.
+            towards: :func:`towards_each` if all numbers are arrays.
 
         Returns:
             The changes of the forward (m/s), leftward (m/s) and turning (rad/s) velocity.
@@ -211,7 +236,7 @@ class PlanarServo:
         wx, wy, wz = angular
         x, y, z = self.centre
         now = (vx + wy * z - wz * y, vy + wz * x - wx * z, wz)
-        forward, side, turn = map(_towards, now, self._centre_velocity(before), self._centre_velocity(after))
+        forward, side, turn = map(towards, now, self._centre_velocity(before), self._centre_velocity(after))
         return forward + turn * y, side - turn * x, turn
 
     def spins(self, velocity: BodyVelocity) -> tuple[float, ...]:
@@ -233,14 +258,6 @@ class PlanarServo:
         ahead, aside = self.to_centre
         turn = velocity.turn
         return velocity.forward - turn * aside, velocity.left + turn * ahead, turn
-
-
-def _towards(velocity: float, before: float, after: float) -> float:
-    """Return the change of a velocity when its command changes."""
-    change, gap = after - before, after - velocity
-    if not change * gap > 0:
-        return 0.0
-    return change if (change < gap if change > 0 else change > gap) else gap  # the smaller one
 
 
 def _sum(a: Vector, b: Vector) -> Vector:

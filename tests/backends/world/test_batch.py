@@ -13,6 +13,7 @@ from nrp_core.scene.devices import Noise
 from nrp_core.scene.model import Box, Scene
 from nrp_core.scene.rigid import ModelMotion, Pose, ServoTarget
 from nrp_core.simulation import State
+from nrp_core.world.batch import release_together
 
 STEP_NS = 20_000_000
 SEEDS = (3, 1, 4, 1, 5)
@@ -46,6 +47,32 @@ def drive(batch):
     for step in range(STEPS):
         publication.publish(commands(step))
         batch.run_until(batch.now_ns + STEP_NS)
+
+
+def test_commands_that_copies_take_at_once_act_as_those_of_each(backend, scene, batch):
+    """Some stay as they are, turn round, stop, or are larger than any robot's."""
+    topic, random = "/husky/cmd_vel", np.random.default_rng(5)
+    choices = [0.0, -0.0, 0.2, 0.7, -0.5, 60.0, -60.0]
+    with backend.open_batch(scene, seeds=SEEDS, options=backend.options(), threads=0) as others:
+        ways = [(copies, [world.advertise(topic) for world in copies.worlds]) for copies in (batch, others)]
+        for _ in range(STEPS):
+            rows = np.zeros((len(SEEDS), 6))
+            rows[:, [0, 5]] = random.choice(
+                choices, (len(SEEDS), 2), p=[0.3, 0.1, 0.2, 0.2, 0.18, 0.01, 0.01]
+            )
+            for copies, publications in ways:
+                for world, publication, row in zip(copies.worlds, publications, rows.tolist(), strict=True):
+                    world.hold_messages()
+                    publication.publish_numbers(row)
+                if copies is batch:
+                    assert release_together(copies.worlds) == {}
+                else:
+                    for world in copies.worlds:
+                        world.release_messages()
+                copies.run_until(copies.now_ns + STEP_NS)
+            assert np.array_equal(batch.motions("husky"), others.motions("husky"))
+        states = [[world.snapshot().payload for world in copies.worlds] for copies in (batch, others)]
+        assert states[0] == states[1]
 
 
 def test_every_copy_is_bit_for_bit_what_it_is_alone(backend, scene, batch):
