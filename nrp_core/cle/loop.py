@@ -8,26 +8,24 @@ from __future__ import annotations
 
 import threading
 from collections import defaultdict, deque
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Generic, Literal, Protocol, TypeAlias, TypeVar
+from typing import Any, Generic, Literal, Protocol, TypeVar
 
 from nrp_core._support.closing import Closing
 from nrp_core._support.machine import cores
 from nrp_core._support.stopwatch import work
 from nrp_core._support.time_limit import DEFAULT_S, DeferredInterrupt, TimeLimit, TimeLimitExceeded
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.together import BrainBatch as BrainBatch
 from nrp_core.cle.latency import LoopPath, paths
 from nrp_core.cle.pacing import AsFastAsPossible, Pacing
 from nrp_core.cle.wiring import Wiring
 from nrp_core.clock import StepPlan, milliseconds, seconds
 from nrp_core.dsl.calls import Call
 from nrp_core.dsl.functions import TransferFunction
-from nrp_core.dsl.functions import call_for_copies as call_for_copies
 from nrp_core.dsl.parameters import line_in
 from nrp_core.errors import (
     CapabilityError,
@@ -292,10 +290,6 @@ def _timed(side: Brain | World, t_ns: int) -> int:
     return work.now_ns() - began
 
 
-VectorizedCall: TypeAlias = tuple[TransferFunction | None, float]
-EndOfStep: TypeAlias = Generator[VectorizedCall, Any, None]
-
-
 class ClosedLoop(Closing):
     """A brain and a world, coupled by transfer functions. Closing the loop closes neither of them.
 
@@ -415,13 +409,12 @@ class ClosedLoop(Closing):
         try:
             self.begin_step()
             self._coupled.advance(self.now_ns + self.plan.period_ns, self.account)
-            for _ in self.end_step():
-                pass
+            self.complete_step(self._run_functions())
         finally:
             self.is_stepping = False
             self.account.total_ns += work.now_ns() - began
 
-    # -- the parts of a step, which many loops take together; see SideBySide
+    # -- the parts of a step, which many loops take together; see EndsOfSteps
 
     def begin_step(self) -> None:
         """Deliver messages from outside, and call the hooks before a step."""
@@ -431,82 +424,43 @@ class ClosedLoop(Closing):
         for hook in self.hooks.before_step:
             hook(self)
 
-    def end_step(self, *, together: bool = False) -> EndOfStep:
-        """Run the functions and hooks after a step.
-
-        Args:
-            together: whether to yield each call of a vectorised function, with its time in s. The caller
-                makes it, and sends its result and the time it took, ns. In the end None is yielded, so that
-                the caller may call the observers ``hooks.together``. Otherwise nothing is yielded.
+    def complete_step(self, failure: Failure | None) -> None:
+        """Call the hooks after a step.
 
         Raises:
-            TransferFunctionRaisedError: a function failed; see :meth:`run_until`.
+            TransferFunctionRaisedError: a function has failed.
         """
-        self.steps += 1
-        for hook in self.hooks.before_functions:
-            hook(self)
-        failure = yield from self._run_functions(together)
-        if together and self.hooks.together:
-            yield None, 0.0
         for hook in self.hooks.after_step:
             hook(self)
         self.is_stepping = False
         if failure is not None:
             raise failure.to_error() from failure.error
 
-    # -- within a step
+    def deliver_changes(self, functions: Iterable[TransferFunction], n_failures: int) -> Failure | None:
+        """Deliver what functions have changed; return the failure that ends the run, if any.
 
-    def _run_functions(self, together: bool) -> Generator[VectorizedCall, Any, Failure | None]:
-        """Run the functions that are due and return the failure that ends the run, if any.
-
-        What they publish and change is delivered when all of them have run, so their order does not matter.
+        Args:
+            functions: the functions.
+            n_failures: the number of failures before the step.
         """
-        if not self.functions:
-            return None
-        n_before, changing, now_ns = len(self.failures), [], self.now_ns
-        start_ns = now_ns - self.plan.period_ns
-        t = self._function_time(now_ns, start_ns)
-        self.world.hold_messages()
-        try:
-            for function in self.functions:
-                if not function.is_bound:
-                    continue  # it was removed in this step
-                calls = function.calls_due(start_ns, t)
-                if calls:
-                    waits = together and function.vectorized
-                    succeeded = yield from self._make_calls(function, calls, now_ns, t, waits)
-                    if not succeeded and self.on_error == "stop":
-                        break
-                if function.deferring:
-                    changing.append(function)
-        finally:
-            self.world.release_messages()
-        for function in changing:
+        for function in functions:
             try:
                 function.deliver()  # nothing if it has failed
             except (NetworkError, CapabilityError) as error:
-                self._note_failure(function, error)
-        failed = self.on_error == "stop" and len(self.failures) > n_before
-        return self.failures[n_before] if failed else None
+                self.note_failure(function, error)
+        failed = self.on_error == "stop" and len(self.failures) > n_failures
+        return self.failures[n_failures] if failed else None
 
-    def _make_calls(
-        self, function: TransferFunction, calls: Iterable[Call], now_ns: int, t: float, together: bool
-    ) -> Generator[VectorizedCall, Any, bool]:
+    def make_calls(self, function: TransferFunction, calls: Iterable[Call], now_ns: int, t: float) -> bool:
         """Make the calls of a function in this step, and return whether all succeeded."""
         for call in calls:
             began, failed = work.now_ns(), False
             try:
-                if together:
-                    prepared, waits = function.prepare(now_ns, t, call), work.now_ns()
-                    result, share_ns = yield function, prepared
-                    began += work.now_ns() - waits - share_ns
-                    function.complete(result)
-                else:
-                    self.time_limit.call(function.run, now_ns, t, call)
+                self.time_limit.call(function.run, now_ns, t, call)
             except (SimulationError, LifecycleError):
                 raise  # an engine failed while the function used it
             except (Exception, SystemExit, TimeLimitExceeded) as error:  # noqa: BLE001 - whatever users write may raise anything
-                self._note_failure(function, error)
+                self.note_failure(function, error)
                 failed = True
             self.account.function_ns[function.name] += work.now_ns() - began
             self.account.function_calls[function.name] += 1
@@ -514,7 +468,7 @@ class ClosedLoop(Closing):
                 return False
         return True
 
-    def _function_time(self, now_ns: int, start_ns: int) -> float:
+    def function_time(self, now_ns: int, start_ns: int) -> float:
         """Return the time that is passed to functions, s."""
         if self.tf_time != "summed":
             return seconds(now_ns if self.tf_time == "end" else start_ns)
@@ -525,11 +479,41 @@ class ClosedLoop(Closing):
         self._summed = steps, t
         return t
 
-    def _note_failure(self, function: TransferFunction, error: BaseException) -> None:
+    def note_failure(self, function: TransferFunction, error: BaseException) -> None:
         """Keep the failure of a function, and put it in quarantine if the run continues."""
         self.failures.append(Failure.of(function, error, step=self.steps, t_ns=self.now_ns))
         if self.on_error == "quarantine":
             function.quarantine()
+
+    # -- within a step
+
+    def _run_functions(self) -> Failure | None:
+        """Call the hooks and run the functions that are due; return the failure that ends the run, if any.
+
+        What they publish and change is delivered when all of them have run, so their order does not matter.
+        """
+        self.steps += 1
+        for hook in self.hooks.before_functions:
+            hook(self)
+        if not self.functions:
+            return None
+        n_before, changing, now_ns = len(self.failures), [], self.now_ns
+        start_ns = now_ns - self.plan.period_ns
+        t = self.function_time(now_ns, start_ns)
+        self.world.hold_messages()
+        try:
+            for function in self.functions:
+                if not function.is_bound:
+                    continue  # it was removed in this step
+                calls = function.calls_due(start_ns, t)
+                if calls and not self.make_calls(function, calls, now_ns, t) and self.on_error == "stop":
+                    break
+                if function.deferring:
+                    changing.append(function)
+        finally:
+            self.world.release_messages()
+        has_more = changing or len(self.failures) > n_before
+        return self.deliver_changes(changing, n_before) if has_more else None
 
     # -- from outside
 

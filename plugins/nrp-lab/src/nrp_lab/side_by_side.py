@@ -5,26 +5,24 @@ from __future__ import annotations
 import gc
 import threading
 import time
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from functools import partial
-from typing import Any, TypeAlias
 
 from nrp_core.brain import Closing
-from nrp_core.cle.loop import BrainBatch, ClosedLoop, EndOfStep, VectorizedCall, call_for_copies
+from nrp_core.cle.loop import ClosedLoop
+from nrp_core.cle.together import BrainBatch, EndsOfSteps
+from nrp_core.simulation import note_failure
 from nrp_core.utilities import time_limit
 from nrp_core.world.batch import advance_together
-
-Waiting: TypeAlias = tuple[EndOfStep, VectorizedCall]
-"""The end of a step, and the call of a vectorised function that it waits for."""
 
 
 class SideBySide(Closing):
     """Steps independent loops together; each takes the step that it would take alone.
 
     Brains and worlds of all loops advance on threads. Transfer functions and hooks run on the calling thread,
-    loop by loop, because users' code may share values; vectorised functions are called once for all loops.
+    because users' code may share values; vectorised functions are called once for all loops.
     The pace of a loop is ignored, and calls that other threads make on a loop are not held back until the end
     of a step.
 
@@ -37,7 +35,7 @@ class SideBySide(Closing):
         self._pool = ThreadPoolExecutor(threads, "copies") if threads > 1 else None
         self._brains = [BrainBatch() for _ in range(threads)]
         self._has_frozen = False
-        self._observing: dict[Any, Any] = {}
+        self._ends = EndsOfSteps()
         self._limits: dict[float | None, time_limit.TimeLimit] = {}
 
     def step(self, loops: Sequence[ClosedLoop]) -> dict[int, Exception]:
@@ -57,20 +55,13 @@ class SideBySide(Closing):
         with time_limit.DeferredInterrupt(), ExitStack() as watching:
             for limit in {loop.time_limit for loop in loops}:
                 watching.enter_context(limit.watching())
-            self._each({n: loop.begin_step for n, loop in enumerate(loops)}, failed)
+            for number, loop in enumerate(loops):
+                note_failure(failed, number, loop.begin_step)
             going = [n for n in range(len(loops)) if n not in failed]
             shares = [going[first :: self.threads] for first in range(self.threads)]
             work = partial(self._advance, loops, failed)
             list((map if self._pool is None else self._pool.map)(work, self._brains, shares))
-            waiting = self._each({n: partial(_end, loop) for n, loop in enumerate(loops)}, failed)
-            while calling := {n: waits for n, waits in waiting.items() if waits[1][0] is not None}:
-                waiting = {n: waits for n, waits in waiting.items() if n not in calling}
-                going_on = _continuations(loops, calling)
-                waiting |= calling | self._each(going_on, failed)
-            self._observe([loops[n] for n in waiting])
-            self._each(
-                {n: partial(_waits, end, partial(next, end)) for n, (end, _) in waiting.items()}, failed
-            )
+            self._ends.end({n: loop for n, loop in enumerate(loops) if n not in failed}, failed)
         for number in failed:
             loops[number].is_stepping = False
         return dict(sorted(failed.items()))
@@ -96,17 +87,6 @@ class SideBySide(Closing):
         for number in going:
             loops[number].account.add(brain_ns // len(share), world_ns // len(share))
 
-    def _observe(self, loops: Sequence[ClosedLoop]) -> None:
-        """Call the observers of several loops that can observe them at once."""
-        observers: dict[Any, list[Any]] = {}
-        for loop in loops:
-            for make, observer in loop.hooks.together:
-                observers.setdefault(make, []).append(observer)
-        for make, each in observers.items():
-            if make not in self._observing:
-                self._observing[make] = make()
-            self._observing[make].evaluate(each)
-
     def close(self) -> None:
         """End the threads."""
         if self._has_frozen:
@@ -114,24 +94,6 @@ class SideBySide(Closing):
             self._has_frozen = False
         if self._pool is not None:
             self._pool.shutdown()
-
-    def _each(
-        self, parts: Mapping[int, Callable[[], Waiting | None]], failed: dict[int, Exception]
-    ) -> dict[int, Waiting]:
-        """Perform a part of the step of each loop that has not failed.
-
-        Returns:
-            The loops that wait for a call.
-        """
-        waiting: dict[int, Waiting] = {}
-        for number, part in parts.items():
-            if number not in failed:
-                try:
-                    if (waits := part()) is not None:
-                        waiting[number] = waits
-                except Exception as error:  # noqa: BLE001 - the caller decides about each loop
-                    failed[number] = error
-        return waiting
 
 
 class _FrozenObjects:
@@ -159,46 +121,3 @@ class _FrozenObjects:
 
 
 _frozen = _FrozenObjects()
-
-
-def _end(loop: ClosedLoop) -> Waiting | None:
-    ending = loop.end_step(together=True)
-    return _waits(ending, partial(next, ending))
-
-
-def _waits(ending: EndOfStep, go_on: Callable[[], VectorizedCall]) -> Waiting | None:
-    """Continue the end of a step; return the call that it waits for, if any."""
-    try:
-        return ending, go_on()
-    except StopIteration:
-        return None
-
-
-def _continuations(
-    loops: Sequence[ClosedLoop], waiting: dict[int, Waiting]
-) -> dict[int, Callable[[], Waiting | None]]:
-    """Make the call that the first loop waits for; return how it continues, and all that wait for the same.
-
-    These are removed from those that wait.
-    """
-    kinds = {number: (loops[number].time_limit, *_kind(waits)) for number, waits in waiting.items()}
-    first, kind = next(iter(kinds.items()))
-    numbers = [number for number, own in kinds.items() if own == kind]
-    endings, calls = zip(*map(waiting.pop, numbers), strict=True)
-    steps: list[Callable[[], Any]]
-    began = time.perf_counter_ns()
-    try:
-        results = loops[first].time_limit.call(call_for_copies, calls)
-        share_ns = (time.perf_counter_ns() - began) // len(calls)
-        steps = [partial(end.send, (row, share_ns)) for end, row in zip(endings, results, strict=True)]
-    except BaseException as error:  # noqa: BLE001 - each loop treats it as an error of its own
-        steps = [partial(ending.throw, error) for ending in endings]
-    parts = (partial(_waits, ending, step) for ending, step in zip(endings, steps, strict=True))
-    return dict(zip(numbers, parts, strict=True))
-
-
-def _kind(waits: Waiting) -> tuple[str, Any, Hashable]:
-    """Return name, code and origin of the function that is called; one copy may have others."""
-    function = waits[1][0]
-    assert function is not None
-    return function.name, function.__code__, function.origin
