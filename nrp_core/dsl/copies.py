@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import fields, is_dataclass
-from functools import wraps
+from functools import partial, wraps
 from inspect import signature
 from typing import Any, Final, TypeVar, cast
 
@@ -40,10 +40,13 @@ class Copies:
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
-        (kind, *others) = {*map(type, self._each)}
+        kind, *others = {*map(type, self._each)}
         attribute = None if others else getattr(kind, name, None)
         if attribute is not None and hasattr(attribute, "of_copies"):
             return attribute.of_copies(self._each)
+        together = None if others else getattr(kind, f"{name}_of_copies", None)
+        if together is not None:
+            return partial(together, self._each)
         return gathered([getattr(one, name) for one in self._each])
 
     def __setattr__(self, name: str, value: Any) -> None:

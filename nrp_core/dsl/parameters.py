@@ -14,6 +14,7 @@ import numpy as np
 
 from nrp_core.brain.interface import Brain
 from nrp_core.clock import seconds
+from nrp_core.dsl.copies import rows_of
 from nrp_core.dsl.messages import message_type
 from nrp_core.dsl.selection import BrainRoot
 from nrp_core.errors import (
@@ -404,6 +405,18 @@ class PublishedTopic(Adapter):
         """
         message = self._process(message)
         self._publication.publish(self._wrap(message) if isinstance(message, _PLAIN) else message)
+
+    @staticmethod
+    def send_message_of_copies(topics: Sequence[PublishedTopic], message: Any) -> None:
+        """Send a message of arrays, with a row for the topic of each copy."""
+        n = len(topics)
+        rows = topics[0].rows_in(message, n) if n > 1 else None
+        if rows is None:
+            for topic, own in zip(topics, rows_of(message, n), strict=True):
+                topic.send_message(own)
+            return
+        for topic, row in zip(topics, rows, strict=True):
+            topic.send_numbers(row)
 
     def rows_in(self, message: Any, n: int) -> list[list[float]] | None:
         """Return the numbers in a message of arrays, for :meth:`send_numbers` of ``n`` copies of the topic.

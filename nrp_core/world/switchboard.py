@@ -320,8 +320,10 @@ class Switchboard:
         for observer in self.observers:
             observer(topic, Stamped(self._engine.now_ns, message))
 
-    def deliver(self, name: str, message: Any) -> None:
+    def deliver(self, name: str, message: Any, *, is_own: bool = False) -> None:
         """Deliver a checked message to the part of its topic, or to the subscribers of a declared topic.
+
+        It is copied unless nobody else has it.
 
         Raises:
             TopicError: the model of the topic was deleted.
@@ -332,9 +334,10 @@ class Switchboard:
         layout = self._layouts.get(name)
         numbers = None if layout is None else layout.numbers(message)
         if self._held is not None:
-            self._held.append((name, None if numbers else deepcopy(message), numbers))
+            own = None if numbers else message if is_own else deepcopy(message)
+            self._held.append((name, own, numbers))
         else:
-            self._send(name, message if name in self._parts else deepcopy(message), numbers)
+            self._send(name, message if is_own or name in self._parts else deepcopy(message), numbers)
 
     def hold(self) -> None:
         """Let published messages wait until :meth:`release`.

@@ -176,8 +176,8 @@ class Subscription:
 class Board(Protocol):
     """Where publications deliver, by the names of topics: the switchboard of a world."""
 
-    def deliver(self, name: str, message: Any) -> None:
-        """Deliver a checked message."""
+    def deliver(self, name: str, message: Any, *, is_own: bool = False) -> None:
+        """Deliver a checked message; it is copied unless nobody else has it."""
 
     def deliver_numbers(self, name: str, numbers: Sequence[float]) -> bool:
         """Deliver the finite numbers of a message to its only receiving part, if any."""
@@ -214,7 +214,9 @@ class Publication:
             TopicError: the topic cannot carry the message.
         """
         if not (isfinite(sum(numbers)) and self.board.deliver_numbers(self.name, numbers)):
-            self.publish(layout_of(self.topic.type).message(numbers))
+            message = layout_of(self.topic.type).message(numbers)
+            check_message(self.topic, message)
+            self.board.deliver(self.name, message, is_own=True)
 
 
 def require_finite(topic: str, numbers: Sequence[float]) -> None:

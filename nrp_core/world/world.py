@@ -405,14 +405,9 @@ class World(Overview, Simulation):
                 if deadline_ns is not None and deadline_ns <= stop_ns:
                     part.at_deadline(stop_ns)
         self._board.sample()
-        if self._physics_observers:
-            self._observe(stop_ns)
-
-    def _observe(self, now_ns: int) -> None:
-        """Call the observers that requested this time."""
         for observer in self._physics_observers:
-            if observer.deadline_ns is not None and observer.deadline_ns <= now_ns:
-                observer.observe(now_ns)
+            if observer.deadline_ns is not None and observer.deadline_ns <= stop_ns:
+                observer.observe(stop_ns)
 
     def next_stop(self, t_ns: int) -> int:
         """Return the time of the next sample, deadline, observer call or the end, on the grid, ns."""

@@ -18,7 +18,7 @@ BENCHMARK = Path(__file__).parents[2] / "benchmarks" / "calls.py"
 
 @pytest.mark.one_of(3)
 @pytest.mark.parametrize(
-    ("engine", "calls", "changes", "world"), [("mujoco", 316, 183, 74), ("pybullet", 394, 224, 133)]
+    ("engine", "calls", "changes", "world"), [("mujoco", 304, 178, 73), ("pybullet", 369, 206, 129)]
 )
 def test_a_step_with_an_image_takes_no_more_calls(engine: str, calls: int, changes: int, world: int) -> None:
     """In a process of its own: Python 3.11 may not come back from code that it has specialized before."""

@@ -110,7 +110,7 @@ def test_a_publication_delivers_what_fits_and_nothing_else(golden: Golden) -> No
     delivered: list[object] = []
 
     class OneTopic:
-        def deliver(self, name: str, message: object) -> None:
+        def deliver(self, name: str, message: object, *, is_own: bool = False) -> None:
             delivered.append((name, message))
 
         def deliver_numbers(self, name: str, numbers: Sequence[float]) -> bool:
