@@ -12,7 +12,7 @@ from nrp_core.experiment.events.lanes import BoolArray, Column
 from nrp_core.experiment.running.observation import Observation
 
 _PATIENCE: Final = 8
-"""Steps that a copy evaluates itself after one in which arrays could not."""
+"""Most steps that a copy evaluates itself where arrays cannot; fewer after a step in which they could."""
 
 Kinds: TypeAlias = tuple[Any, ...]
 
@@ -104,7 +104,7 @@ class Table:
                 one.pass_quietly(whole[number * size : (number + 1) * size], poses[number])
             else:
                 one.watch.take_back()
-                one.alone_for = _PATIENCE
+                one.alone_for, one.patience = one.patience, min(2 * one.patience, _PATIENCE)
 
     def _are_quiet(
         self, observations: Sequence[Observation], rows: IntArray, now_ns: IntArray, poses: FloatArray

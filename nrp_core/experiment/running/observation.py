@@ -207,12 +207,12 @@ class Observation:
         period_ns: one step of the loop.
         trail: the numbers of the trajectories, while arrays evaluate the events and criteria.
         table: the arrays; see :class:`~nrp_core.experiment.running.many_observations.ManyObservations`.
-        alone_for: number of further steps without arrays.
+        alone_for, patience: number of steps without arrays, now and after the next one that needs it.
     """
 
     trail: Trail | None = None
     table: Any = None
-    alone_for = 0
+    alone_for, patience = 0, 1
 
     def __init__(self, experiment: Experiment, scene: Scene, world: World, collector: Collector) -> None:
         self.engine, self.period_ns = world.engine, experiment.timestep
@@ -298,6 +298,7 @@ class Observation:
             poses: those of the models that move, shape ``(models, 7)``.
         """
         self._looked_at_ns = now_ns = self.engine.now_ns
+        self.patience = 1
         self.digest.add_bytes(trajectory)
         self.watch.where.set_numbers(poses)
         self.watch.pass_quietly(now_ns)
