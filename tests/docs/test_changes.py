@@ -80,7 +80,14 @@ def test_a_release_moves_the_fragments_into_the_changelog(tmp_path: Path) -> Non
 
 
 def test_a_section_written_by_hand_is_dated_and_takes_the_place_of_the_fragments(tmp_path: Path) -> None:
-    for name in ("pyproject.toml", "CITATION.cff", "scripts/release", "plugins/nrp-lab/pyproject.toml"):
+    recipe = "packaging/conda/recipe.yaml"
+    for name in (
+        "pyproject.toml",
+        "CITATION.cff",
+        "scripts/release",
+        "plugins/nrp-lab/pyproject.toml",
+        recipe,
+    ):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, tmp_path / name)
     (tmp_path / "changes").mkdir()
@@ -105,3 +112,4 @@ def test_a_section_written_by_hand_is_dated_and_takes_the_place_of_the_fragments
     projects = [tmp_path / "pyproject.toml", tmp_path / "plugins/nrp-lab/pyproject.toml"]
     versions = [tomllib.loads(path.read_text())["project"]["version"] for path in projects]
     assert [*versions, citation.split("\nversion: ")[1].split("\n")[0]] == ["9.9.0"] * 3
+    assert (tmp_path / recipe).read_text().count('\n  version: "9.9.0"\n') == 1
