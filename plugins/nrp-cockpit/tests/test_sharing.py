@@ -67,24 +67,33 @@ def recorded(recording: Path) -> dict[str, list[tuple[int, bytes]]]:
 
 
 @pytest.mark.parametrize(
-    ("failed_s", "events_s", "expected_s"),
+    ("failed_s", "passed_s", "events_s", "silenced_s", "expected_s"),
     [
-        ([], [], 5.0),
-        ([], [None, 3.0, 8.0], 8.0),
-        ([], [10.0, 4.0], 4.0),
-        ([6.0, 2.0], [8.0], 2.0),
-        ([10.0], [], 5.0),
+        ([], [], [], [], 10.0),
+        ([], [], [None, 3.0, 8.0], [], 9.0),
+        ([], [], [8.0], [12.0], 13.0),
+        ([], [(0.0, 20.0)], [20.0, 1.0], [], 4.0),  # when the plots are filled
+        ([], [(0.0, 5.0), (19.0, 20.0)], [], [], 19.5),
+        ([6.0, 2.0], [(9.0, 10.0)], [8.0], [], 2.0),
+        ([20.0], [], [], [], 10.0),
     ],
 )
-def test_a_file_opens_where_something_failed_or_else_where_something_happened(
-    failed_s: list[float], events_s: list[float | None], expected_s: float
-) -> None:
+def test_a_file_opens_at_a_failure_or_else_after_the_last_change(
+    failed_s: list[float], passed_s: list[tuple[float, float]], events_s: list[float | None],
+    silenced_s: list[float], expected_s: float,
+) -> None:  # fmt: skip
+    criteria: list[dict[str, float | None]] = [
+        {"passed": False, "from_s": 1.0, "to_s": t_s} for t_s in failed_s
+    ]
+    criteria += [{"passed": True, "from_s": from_s, "to_s": to_s} for from_s, to_s in passed_s]
+    criteria += [{"passed": None, "from_s": 0.0, "to_s": 1.0}]
     timeline = {
-        "criteria": [{"passed": False, "to_s": t_s} for t_s in failed_s] + [{"passed": None, "to_s": 1.0}],
+        "criteria": criteria,
         "events": [{"t_s": t_s} for t_s in events_s],
+        "interventions": [{"t_s": t_s} for t_s in silenced_s],
         "failures": [],
     }
-    assert _telling_ns(0, 10**10, timeline) == expected_s * 1e9
+    assert _telling_ns(0, 2 * 10**10, timeline) == expected_s * 1e9
 
 
 def test_the_file_holds_every_message_and_lossless_images(recording: Path, recorded: dict[str, Any]) -> None:

@@ -2,19 +2,38 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import nrp_cockpit
 import pytest
-from browsing import UNKNOWN, Watched, seen, wait_until
+from browsing import UNKNOWN, Watched, seen, time_s, wait_until
 from nrp_cockpit import show
 from nrp_cockpit.sharing.sharing import shared_file
 from playwright.sync_api import Browser, Page, expect
+
+from nrp_core.cli.app import run_app
+from nrp_core.experiment.reading.find import shipped
 
 CUT_AT_THE_RIGHT = """root => [...root.querySelectorAll("button, a, h1, h2, canvas, input")]
     .filter(one => one.getBoundingClientRect().right > root.clientWidth)
     .map(one => one.ariaLabel ?? one.textContent)"""
 """Gives what reaches out of the page."""
+
+OVERLAPPING = """svg => {
+    const words = [...svg.querySelectorAll("tspan, text:not(:has(tspan))")];
+    const boxes = words.filter(one => one.textContent.trim())
+        .map(one => [one.textContent, one.getBoundingClientRect()]);
+    return boxes.flatMap(([word, a], at) => boxes.slice(at + 1)
+        .filter(([, b]) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 2
+            && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 5)  // lines are higher than letters
+        .map(([other]) => `${word} | ${other}`));
+}"""
+"""Gives the words of a drawing that lie on each other."""
+ONLY_LIVE = ("Place", "Push", "Edit the room", "Record", "Take a snapshot")
+"""Buttons that a recording cannot honour."""
+QUICK = {"reflex_arm": 1.5, "chase": 5.72}
+"""Experiments that run in seconds, and where they open: late in a short run, a second after a success."""
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +47,7 @@ def shared(recording: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
 def test_it_is_scrubbed_and_played_from_the_disk(shared: str, watched: Watched):
     page = watched.open(shared)
     timer, slider = page.get_by_role("timer"), page.get_by_role("slider", name="Simulated time")
-    expect(timer).to_contain_text("1.00 s")  # nothing happened in it, so it opens in the middle
+    expect(timer).to_contain_text("1.50 s")  # nothing happened in it, so it opens when most is over
     slider.press("Home")
     expect(timer).to_contain_text("0.00 s")
     expect(page.get_by_role("region", name="Scene")).to_contain_text("11 models")
@@ -56,6 +75,36 @@ def test_it_is_scrubbed_and_played_from_the_disk(shared: str, watched: Watched):
     expect(page.get_by_role("main")).to_contain_text("listing1.py")
 
 
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=() if name in QUICK else pytest.mark.heavy) for name in shipped()],
+)
+def test_a_run_of_each_experiment_opens_with_filled_plots_and_offers_nothing_that_needs_a_run(
+    name: str, watched: Watched, tmp_path: Path
+):
+    assert run_app(["run", name, "--record", str(tmp_path / "run"), "--images", "jpeg"]) in (0, 1)
+    file = tmp_path / "run.html"
+    file.write_text(shared_file(tmp_path / "run").html)
+    page = watched.open(file.as_uri())
+    assert time_s(page) == pytest.approx(QUICK.get(name, time_s(page))) != 0
+    curves = page.get_by_role("region", name="Devices and topics").locator(".trace-key b")
+    seen(page, curves.all_inner_texts, lambda values: values and UNKNOWN not in values and "" not in values)
+    for count in page.locator(".spikes-count").all():  # where cells fire
+        seen(page, count.inner_text, lambda text: re.match("[1-9]", text))
+    drawn_brain = page.get_by_role("region", name="Brain").locator(".panel-body svg").first
+    assert drawn_brain.evaluate(OVERLAPPING) == []
+    bodies = page.get_by_role("region", name="Selected").get_by_role("button")
+    bodies.first.click()
+    for button in ONLY_LIVE:
+        expect(page.get_by_role("button", name=button, exact=True)).to_have_count(0)
+    page.keyboard.press("Escape")
+    page.keyboard.press("?")
+    keys = page.get_by_role("dialog", name="Keyboard map")
+    expect(keys).to_contain_text("Step back")
+    expect(keys).not_to_contain_text("snapshot")
+    expect(keys).not_to_contain_text("Designer")
+
+
 def red_pixels(page: Page) -> int:
     """Count the pixels of the map that are red, as only the screen is."""
     return int(
@@ -78,7 +127,7 @@ def test_it_is_saved_in_the_page_that_shows_the_recording(played: str, watched: 
     file = tmp_path / "husky.html"
     download.value.save_as(file)
     saved = watched.open(file.as_uri())
-    expect(saved.get_by_role("timer")).to_contain_text("1.00 s of 2 s")
+    expect(saved.get_by_role("timer")).to_contain_text("1.50 s of 2 s")
     expect(saved.get_by_role("button", name="Save as one HTML file")).to_have_count(0)
 
 
@@ -92,7 +141,7 @@ def test_a_notebook_shows_it_in_a_frame(recording: Path, browser: Browser, tmp_p
     page.goto(notebook.as_uri())
     inside = page.frame_locator("iframe")
     expect(inside.get_by_role("region", name="Scene")).to_contain_text("11 models")
-    expect(inside.get_by_role("timer")).to_contain_text("1.00 s")
+    expect(inside.get_by_role("timer")).to_contain_text("1.50 s")
     expect(page.get_by_role("heading", name="Notebook")).to_be_visible()
     assert page.locator("iframe").bounding_box()["height"] == 600  # type: ignore[index]
     page.close()

@@ -55,6 +55,7 @@ const DIGIT_PX = 7;
 function Neuron({ node, number }: { node: Placed; number: number }) {
   const { part, x, y, rx } = node;
   const inside = String(number).length * DIGIT_PX < 2 * rx;
+  const crowded = node.side === "above" && node.tight;
   return (
     <>
       <circle className="brain-shape" cx={x} cy={y} r={rx} />
@@ -64,7 +65,7 @@ function Neuron({ node, number }: { node: Placed; number: number }) {
           {number}
         </text>
       )}
-      <Words node={node} name={inside ? part.name : part.name || String(number)} />
+      {!crowded && <Words node={node} name={inside ? part.name : part.name || String(number)} />}
     </>
   );
 }

@@ -1,13 +1,15 @@
 import type { Link, Part } from "./nodes";
 
 /**
- * The parts in columns from left to right: sensors that nothing in the brain drives, then the circuit by its distance
- * from them, then actors. Within a column the order is such that few lines cross.
+ * The parts in columns from left to right: sensors that nothing in the brain drives, or all sensors if each is driven;
+ * then the circuit by its distance from them, then actors. Within a column the order is such that few lines cross.
  */
 export function columnsOf(parts: readonly Part[], links: readonly Link[]): Part[][] {
   const others = links.filter(({ from, to }) => from !== to);
   const driven = new Set(others.map(({ to }) => to));
-  const first = parts.filter((part) => part.role === "sensor" && !driven.has(part));
+  const sensors = parts.filter(({ role }) => role === "sensor");
+  const undriven = sensors.filter((part) => !driven.has(part));
+  const first = undriven.length > 0 ? undriven : sensors;
   const last = parts.filter(({ role }) => role === "actor");
   const outer = new Set([...first, ...last]);
   const distance = distancesFrom(first, others);

@@ -236,6 +236,14 @@ describe("the layout", () => {
     expect(new Set(nodes.map(({ x }) => x)).size).toBeGreaterThan(3);
   });
 
+  test("sets sensors at the left also if the brain drives each of them", () => {
+    const parts = partsOf([population("a", 100, 0, "sensor"), population("b", 100, 100)], []);
+    const links = linksOf([projection("a", "b", null), projection("b", "a", null)], parts);
+    const [a, b] = layGraph(parts, links, 440, 300).nodes;
+    expect(a?.part.name).toBe("a");
+    expect(a?.x).toBeLessThan(b?.x ?? 0);
+  });
+
   test("draws a way for every line, also from a part to itself and for both directions", () => {
     const parts = partsOf([population("a", 100, 0), population("b", 100, 100)], []);
     const links = linksOf(

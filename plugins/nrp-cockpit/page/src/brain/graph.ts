@@ -13,7 +13,7 @@ export interface Placed {
   /** Where its name stands, and how many letters have room there. */
   side: Side;
   letters: number;
-  /** Whether its rate stands behind its name, for want of height. */
+  /** Whether height is wanting: its rate stands behind its name, and above and below it neither has room. */
   tight: boolean;
 }
 
@@ -36,6 +36,8 @@ const DIGITS = 5;
 /** The room of a rate behind a name, and the height that a name needs to have its rate below it. */
 const RATE_PX = 40;
 const TWO_LINES_PX = 28;
+/** The height of a name above a neuron and of its rate below it. */
+const AROUND_PX = 34;
 const TOP = 14;
 const BOX_RY = 20;
 /** The room beside the name in a box. */
@@ -61,7 +63,8 @@ export function layGraph(
   const radius = Math.max(6, Math.min(14, pitch / 2 - 4));
   const { box, xs, words } = placed(columns, width, radius);
   const nodes = columns.flatMap(({ parts: column, side }, at) => {
-    const [x, own, tight] = [xs[at] ?? 0, room / column.length, isTight(column, room)];
+    const [x, own] = [xs[at] ?? 0, room / column.length];
+    const tight = own < (side === "above" ? 2 * radius + AROUND_PX : TWO_LINES_PX);
     const beside = (words[at] ?? 0) - (tight && side !== "above" ? RATE_PX : 0);
     return column.map((part, row): Placed => {
       const size = isBox(part) ? { rx: box, ry: Math.min(BOX_RY, own / 2 - 2) } : { rx: radius, ry: radius };

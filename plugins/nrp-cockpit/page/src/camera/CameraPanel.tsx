@@ -1,7 +1,7 @@
 import { useContext, useRef, useState } from "react";
 import { usePanelChoice } from "../state/panelChoices";
 import { PanelContext } from "../state/panelContext";
-import { useRun } from "../state/run";
+import { useRecorded, useRun } from "../state/run";
 import type { TopicInfo } from "../state/types";
 import { Icon } from "../ui/Icon";
 import { Menu } from "../ui/Menu";
@@ -52,7 +52,7 @@ function CameraView({ topic }: { topic: string }) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const caption = useRef<HTMLParagraphElement>(null);
   const [shown, setShown] = useState<Shown>("nothing");
-  const recorded = useRun((run) => run.experiment?.source === "recording");
+  const recorded = useRecorded();
   const told = useRef(shown);
   /** React keeps each state that it is given until it renders, also the same one again. */
   const show = (next: Shown) => {

@@ -1,6 +1,6 @@
 import { ReactFlowProvider } from "@xyflow/react";
 import { useEffect } from "react";
-import { barredBy, useRun } from "../state/run";
+import { barredBy, useRecorded, useRun } from "../state/run";
 import { Empty, Panel } from "../ui/Panel";
 import { Bar } from "./Bar";
 import { Canvas } from "./Canvas";
@@ -56,7 +56,7 @@ function press(event: KeyboardEvent): void {
 export default function DesignerView() {
   useDesignerKeys();
   const barred = useRun(barredBy);
-  const recorded = useRun((now) => now.experiment?.source === "recording");
+  const recorded = useRecorded();
   const open = useRun((now) => now.link.state === "open");
   const state = useDesign((design) => design.state);
   useEffect(() => (open && !recorded ? follow() : undefined), [open, recorded]);

@@ -32,7 +32,7 @@ export function EditorPanel({ file, findings, readOnly, children }: EditorPanelP
       <div className="panel-head">
         <FileTabs />
         <span className="grow" />
-        <Segmented label="View" choices={MODES} value={mode} onChange={setMode} />
+        {!readOnly && <Segmented label="View" choices={MODES} value={mode} onChange={setMode} />}
         <IconButton
           icon={full ? "shrink" : "expand"}
           label={full ? "Leave full size" : "Full size"}

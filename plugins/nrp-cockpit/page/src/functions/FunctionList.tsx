@@ -1,8 +1,9 @@
 import { baseName, sameFile } from "../state/paths";
 import { openPlace } from "../state/place";
-import { useBlocked, useRun } from "../state/run";
+import { useBlocked, useRecorded, useRun } from "../state/run";
 import { select, useSelection } from "../state/selection";
 import type { TransferFunction } from "../state/types";
+import { counted } from "../ui/counts";
 import { Icon } from "../ui/Icon";
 import { Empty, Panel } from "../ui/Panel";
 import { Switch } from "../ui/Switch";
@@ -30,6 +31,20 @@ export function FunctionList() {
 
 type Failure = NonNullable<TransferFunction["failure"]>;
 
+function Cost({ one }: { one: TransferFunction }) {
+  return (
+    <p className="row f11 num function-cost">
+      <b>{costOf(one)}</b>
+      <span className="mut">
+        {counted(one.calls, "call")}
+        {one.since_s > 0 && ` since ${one.since_s.toFixed(2)} s`}
+      </span>
+      <span className="grow" />
+      <Sparkline values={one.recent_ms} label={`Recent times of ${one.name}`} />
+    </p>
+  );
+}
+
 function costOf({ failure, active, calls, mean_ms }: TransferFunction): string {
   if (failure) return "stopped";
   if (!active) return "off";
@@ -43,6 +58,7 @@ function Row({ one }: { one: TransferFunction }) {
   const edited = useFunctions(({ drafts }) => Object.keys(drafts).some((path) => sameFile(path, one.file)));
   const hasSource = useFunctions(({ files }) => files.some(({ path }) => sameFile(path, one.file)));
   const blocked = useBlocked();
+  const recorded = useRecorded();
   const open = () => {
     select({ kind: "function", name: one.name });
     if (hasSource) openPlace({ file: one.file, line: one.line });
@@ -66,12 +82,14 @@ function Row({ one }: { one: TransferFunction }) {
             {one.failure.stops ? "stopped the run" : "quarantine"}
           </span>
         )}
-        <Switch
-          label={`${one.name} runs`}
-          on={one.active && !(one.failure && !one.failure.stops)}
-          disabled={blocked}
-          onChange={(on) => void activate(one.name, on)}
-        />
+        {!recorded && (
+          <Switch
+            label={`${one.name} runs`}
+            on={one.active && !(one.failure && !one.failure.stops)}
+            disabled={blocked}
+            onChange={(on) => void activate(one.name, on)}
+          />
+        )}
       </div>
       <p className="row f11 mut">
         {one.flow}
@@ -79,15 +97,7 @@ function Row({ one }: { one: TransferFunction }) {
           {baseName(one.file)}
         </span>
       </p>
-      <p className="row f11 num function-cost">
-        <b>{costOf(one)}</b>
-        <span className="mut">
-          {one.calls} {one.calls === 1 ? "call" : "calls"}
-          {one.since_s > 0 && ` since ${one.since_s.toFixed(2)} s`}
-        </span>
-        <span className="grow" />
-        <Sparkline values={one.recent_ms} label={`Recent times of ${one.name}`} />
-      </p>
+      {!recorded && <Cost one={one} />}
       {one.failure && <FailureNote failure={one.failure} />}
     </li>
   );

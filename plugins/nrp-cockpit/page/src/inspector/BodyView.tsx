@@ -1,4 +1,4 @@
-import { useRun } from "../state/run";
+import { useRecorded, useRun } from "../state/run";
 import { Icon } from "../ui/Icon";
 import { Empty } from "../ui/Panel";
 import { PlaceBody, PushBody } from "./BodyActions";
@@ -12,6 +12,7 @@ import { StaticPlace } from "./StaticPlace";
 export function BodyView({ name }: { name: string }) {
   const body = useRun((run) => run.experiment?.bodies.find((one) => one.name === name));
   const robot = useRun((run) => run.experiment?.robots.includes(name));
+  const recorded = useRecorded();
   if (!body) return <Empty>The run has no body '{name}' any more.</Empty>;
   return (
     <>
@@ -23,15 +24,12 @@ export function BodyView({ name }: { name: string }) {
           </span>
         )}
       </Title>
-      <BodyColor key={name} body={body} />
+      {!recorded && <BodyColor key={name} body={body} />}
       {body.static ? <StaticPlace body={name} /> : <LivePose body={name} />}
       <BodyTopics names={body.topics} />
-      <PlaceBody key={`place ${name}`} body={name} />
-      {body.static ? (
-        <p className="panel-section dim f12">A static body cannot be pushed.</p>
-      ) : (
-        <PushBody key={`push ${name}`} body={name} />
-      )}
+      {!recorded && <PlaceBody key={`place ${name}`} body={name} />}
+      {!recorded && !body.static && <PushBody key={`push ${name}`} body={name} />}
+      {!recorded && body.static && <p className="panel-section dim f12">A static body cannot be pushed.</p>}
     </>
   );
 }

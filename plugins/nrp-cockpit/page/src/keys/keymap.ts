@@ -10,6 +10,8 @@ export interface KeyEntry {
   shown: string;
   group: "Run" | "View" | "Panels" | "Scene" | "Functions" | "Designer";
   does: string;
+  /** Whether it changes a run, which a recording does not allow. */
+  changes: boolean;
   /** Null: the room that has the focus acts on it itself. */
   run: ((event: KeyboardEvent) => void) | null;
 }
@@ -20,7 +22,8 @@ const entry = (
   shown: string,
   does: string,
   run: KeyEntry["run"] = null,
-): KeyEntry => ({ group, keys: typeof keys === "string" ? [keys] : keys, shown, does, run });
+  changes = group === "Functions" || group === "Designer",
+): KeyEntry => ({ group, keys: typeof keys === "string" ? [keys] : keys, shown, does, run, changes });
 
 const press = (selector: string) => document.querySelector<HTMLElement>(selector)?.click();
 
@@ -42,9 +45,9 @@ export const keymap: readonly KeyEntry[] = [
   entry("Run", ",", ",", "Step back", () => void stepBack()),
   entry("Run", ".", ".", "Step", () => void step()),
   entry("Run", "Shift+R", "Shift R", "Reset menu", () => press('[data-key="reset"]')),
-  entry("Run", "s", "S", "Take a snapshot", () => void takeSnapshot()),
-  entry("Run", "b", "B", "Branch: a second future next to this one", branchHere),
-  entry("Run", "r", "R", "Start or stop recording", toggleRecording),
+  entry("Run", "s", "S", "Take a snapshot", () => void takeSnapshot(), true),
+  entry("Run", "b", "B", "Branch: a second future next to this one", branchHere, true),
+  entry("Run", "r", "R", "Start or stop recording", toggleRecording, true),
   entry("View", ["1", "2", "3", "4"], "1 to 4", "Open a view", openNumbered),
   entry("View", "?", "?", "This help", () => setHelp(true)),
   entry("Panels", "F6", "F6, Shift F6", "Next panel, previous panel", () => focusNextPanel(1)),
@@ -55,8 +58,8 @@ export const keymap: readonly KeyEntry[] = [
   entry("Scene", [], "← → ↑ ↓", "Orbit"),
   entry("Scene", [], "Shift ← → ↑ ↓", "Pan"),
   entry("Scene", [], "+ −", "Zoom"),
-  entry("Scene", [], "← → ↑ ↓ in Edit", "Move the selected body"),
-  entry("Scene", [], "Shift ← → in Edit", "Turn the selected body"),
+  entry("Scene", [], "← → ↑ ↓ in Edit", "Move the selected body", null, true),
+  entry("Scene", [], "Shift ← → in Edit", "Turn the selected body", null, true),
   entry("Functions", [], "Ctrl Enter", "Apply the changes"),
   entry("Functions", [], "Ctrl Space", "Complete the word"),
   entry("Functions", [], "F8", "Next finding"),

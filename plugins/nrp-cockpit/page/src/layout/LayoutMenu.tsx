@@ -2,6 +2,7 @@ import { PANELS } from "../state/panels";
 import { barredBy, useRun } from "../state/run";
 import { Icon } from "../ui/Icon";
 import { Menu } from "../ui/Menu";
+import { isPlayed } from "../wire/recording";
 import { isShown, panels } from "./panels";
 import { add, presetLayout, resetLayout } from "./store";
 
@@ -13,7 +14,9 @@ export function LayoutMenu() {
   const items = [
     ...kinds.map((kind) => ({ label: `Add ${panels[kind].title}`, onSelect: () => add(kind) })),
     { label: "Reset the layout", onSelect: () => void resetLayout() },
-    { label: "Save as preset", disabled: barred, onSelect: () => void presetLayout() },
+    ...(isPlayed()
+      ? []
+      : [{ label: "Save as preset", disabled: barred, onSelect: () => void presetLayout() }]),
   ];
   return (
     <Menu label="Layout" items={items} className="">

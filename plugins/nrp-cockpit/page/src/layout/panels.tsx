@@ -19,6 +19,7 @@ interface Shown {
 }
 
 const hasCells = ({ populations }: Experiment) => populations.length > 0;
+const hasSpikes = ({ populations }: Experiment) => populations.some(({ silent }) => !silent);
 const hasRoom = ({ bodies, robots }: Experiment) => bodies.length + robots.length > 0;
 
 /** The panels of the cockpit by their kinds; the scene with three.js is fetched after the first picture. */
@@ -27,7 +28,7 @@ export const panels: Record<Kind, Shown> = {
   camera: { title: "Camera", component: CameraPanel, isFor: ({ topics }) => topics.some(isCamera) },
   map: { title: "From above", component: MapPanel, isFor: hasRoom },
   brain: { title: "Brain", component: BrainPanel, isFor: hasCells },
-  spikes: { title: "Spikes", component: SpikesPanel, isFor: hasCells },
+  spikes: { title: "Spikes", component: SpikesPanel, isFor: hasSpikes },
   traces: { title: "Devices and topics", component: TracesPanel },
   parameters: { title: "Parameters", component: ParametersPanel, isFor: ({ source }) => source === "live" },
   inspector: { title: "Selected", component: InspectorPanel },

@@ -81,13 +81,17 @@ function rowNow({ trace, label }: Shown): Row {
   return curveRow(label, valuesOf(trace), from_s, Math.min(to_s, clock.now_s));
 }
 
+/** How many last letters of a name stay in view: names often differ there. */
+const TAIL = 6;
+
 function Entry({ shown, value }: { shown: Shown; value: (element: HTMLElement | null) => void }) {
   const { trace, label, colour } = shown;
   return (
     <li className="key trace-key">
       <i style={{ "--c": `var(${CURVE_COLOURS[colour]})` } as React.CSSProperties} />
-      <span className="cut" title={label}>
-        {label}
+      <span className="trace-name" title={label}>
+        <span className="cut">{label.slice(0, -TAIL)}</span>
+        <span>{label.slice(-TAIL)}</span>
       </span>
       <b ref={value} />
       <button type="button" aria-label={`Remove ${label}`} onClick={() => removeTrace(trace)}>

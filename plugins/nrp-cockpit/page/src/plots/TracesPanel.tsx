@@ -1,13 +1,14 @@
 import { type DragEvent, useContext, useEffect, useMemo, useRef } from "react";
 import { PanelContext } from "../state/panelContext";
 import { useRun } from "../state/run";
-import { carriesTrace, dropTrace, useTraces } from "../state/traces";
+import { carriesTrace, dropTrace, type Trace, useTraces } from "../state/traces";
 import type { Device, TopicInfo } from "../state/types";
+import { counted, thousands } from "../ui/counts";
 import { Empty, Panel } from "../ui/Panel";
 import { AddTrace } from "./AddTrace";
-import { firstTraces, groupsOf } from "./groups";
+import { firstTraces, groupsOf, mainTraces } from "./groups";
 import { TraceGroup } from "./TraceGroup";
-import { useTraceValues } from "./traceStore";
+import { keyOf, useTraceValues } from "./traceStore";
 import { WindowTools } from "./WindowTools";
 import "./plots.css";
 
@@ -24,6 +25,7 @@ export function TracesPanel() {
   const topics = useRun((run) => run.experiment?.topics ?? NO_TOPICS);
   useFirstTraces(id);
   useTraceValues(traces);
+  const hidden = useHidden(all);
   const groups = groupsOf(traces, devices, topics);
   const list = useNewInSight(groups.length);
   const tools = (
@@ -32,8 +34,11 @@ export function TracesPanel() {
       <WindowTools plot="curves" />
     </>
   );
+  const sub = hidden > 0 && (
+    <span title={`${counted(hidden, "more curve")}: choose Add`}>{thousands(hidden)} more</span>
+  );
   return (
-    <Panel title="Devices and topics" tools={tools} className="plot traces scroll">
+    <Panel title="Devices and topics" sub={sub} tools={tools} className="plot traces scroll">
       {/* biome-ignore lint/a11y/noStaticElementInteractions: only a place to drop on; the menu Add does the same */}
       <div
         className="traces-drop"
@@ -48,6 +53,15 @@ export function TracesPanel() {
       </div>
     </Panel>
   );
+}
+
+/** How many of the curves that tell of the run are not shown: more than can be told apart are left out at first. */
+function useHidden(shown: readonly Trace[]): number {
+  const experiment = useRun((run) => run.experiment);
+  return useMemo(() => {
+    const keys = new Set(shown.map(keyOf));
+    return experiment ? mainTraces(experiment).filter((trace) => !keys.has(keyOf(trace))).length : 0;
+  }, [experiment, shown]);
 }
 
 /** Brings an axis into sight that a person adds. */

@@ -1,11 +1,9 @@
-import { setWindowLength, useTimeWindow } from "../state/timeWindow";
+import { LENGTHS_S, setWindowLength, useTimeWindow } from "../state/timeWindow";
 import { IconButton } from "../ui/Button";
 import { Icon } from "../ui/Icon";
 import { Menu } from "../ui/Menu";
 import { valueText } from "./timeAxis";
 import { pauseOrFollow } from "./useTimeNavigation";
-
-const LENGTHS_S = [0.5, 1, 2, 4, 10, 20, 60];
 
 /** How long the window of the plots is, and whether it follows the run. */
 export function WindowTools({ plot }: { plot: string }) {

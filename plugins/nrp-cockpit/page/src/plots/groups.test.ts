@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { Device, Experiment, TopicInfo } from "../state/types";
-import { firstTraces, groupsOf } from "./groups";
+import { firstTraces, groupsOf, mainTraces } from "./groups";
 import { offeredTraces } from "./offered";
 
 const device = (name: string, kind: "sink" | "source", unit: string, neurons: number[]): Device => ({
@@ -50,6 +50,12 @@ test("devices whose names end alike are told apart by their whole names", () => 
   const alike = [device("leg_1/lifting", "sink", "Hz", [1]), device("leg_2/lifting", "sink", "Hz", [2])];
   const [group] = groupsOf(firstTraces({ ...run, devices: alike, robots: [] }), alike, []);
   expect(group?.curves.map(({ label }) => label)).toEqual(["leg_1/lifting", "leg_2/lifting"]);
+});
+
+test("more curves on an axis than there are colours are left out at first", () => {
+  const many = Array.from({ length: 9 }, (_, at) => device(`legs/${at}`, "sink", "Hz", [at]));
+  const legs = { ...run, devices: many, robots: [] };
+  expect([mainTraces(legs).length, firstTraces(legs).length]).toEqual([9, 6]);
 });
 
 const muscles = [{ name: "/arm/muscles/cmd", elements: ["flexor", "extensor"] }] as unknown as TopicInfo[];

@@ -62,8 +62,8 @@ export function groupsOf(
 const MOST = 12;
 const MOST_OF_AN_AXIS = CURVE_COLOURS.length;
 
-/** The curves that a run shows at first: what devices read, the commands that drive robots, what devices feed in. */
-export function firstTraces({ devices, robots, topics }: Experiment): Trace[] {
+/** The curves that tell of a run: what devices read, the commands that drive robots, what devices feed in. */
+export function mainTraces({ devices, robots, topics }: Experiment): Trace[] {
   const commands = topics.filter(({ type }) => /^geometry_msgs\/(msg\/)?Twist$/.test(type));
   const drives = (robots.length === 0 ? [] : commands).flatMap(({ name }) =>
     ["linear.x", "angular.z"].map((path) => ({ topic: name, path })),
@@ -72,7 +72,12 @@ export function firstTraces({ devices, robots, topics }: Experiment): Trace[] {
   const sources = devices
     .filter(({ kind }) => kind === "source")
     .map(({ topic }) => ({ topic, path: "data[0]" })); // most feed all their neurons the same
-  const groups = groupsOf([...sinks, ...drives, ...sources], devices, topics);
+  return [...sinks, ...drives, ...sources];
+}
+
+/** The curves that a run shows at first: as many of them as are told apart. */
+export function firstTraces(experiment: Experiment): Trace[] {
+  const groups = groupsOf(mainTraces(experiment), experiment.devices, experiment.topics);
   const chosen = groups.flatMap(({ curves }) => curves.slice(0, MOST_OF_AN_AXIS));
   return chosen.map(({ trace }) => trace).slice(0, MOST);
 }

@@ -1,4 +1,4 @@
-import { barredBy, useMissing, useRun } from "../state/run";
+import { barredBy, useMissing, useRecorded, useRun } from "../state/run";
 import { IconButton } from "../ui/Button";
 import { Segmented, Toggles } from "../ui/Segmented";
 import { type Layer, type Mode, toggleLayer, useChoices } from "./choices";
@@ -44,6 +44,7 @@ function EditSwitch() {
   const isOn = useEditing((editing) => editing.isOn);
   const blocked = useRun(barredBy);
   const missing = useMissing("place");
+  if (useRecorded()) return null;
   return (
     <IconButton
       icon="move"

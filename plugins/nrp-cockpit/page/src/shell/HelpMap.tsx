@@ -1,10 +1,9 @@
 import { useEffect, useRef } from "react";
 import { keymap } from "../keys/keymap";
+import { useRecorded } from "../state/run";
 import { setHelp } from "../state/view";
 import { IconButton } from "../ui/Button";
 import "./help.css";
-
-const groups = [...new Set(keymap.map((entry) => entry.group))];
 
 /** The notices of the software in the page: beside it on a server, in it in a shared file. */
 function Licenses() {
@@ -26,6 +25,9 @@ function Licenses() {
 
 /** All keys, from the same table that acts on them. */
 export function HelpMap() {
+  const recorded = useRecorded();
+  const entries = keymap.filter(({ changes }) => !(recorded && changes));
+  const groups = [...new Set(entries.map(({ group }) => group))];
   const dialog = useRef<HTMLDialogElement>(null);
   useEffect(() => dialog.current?.showModal(), []);
   return (
@@ -40,7 +42,7 @@ export function HelpMap() {
           <section key={group} aria-label={group}>
             <h3>{group}</h3>
             <dl>
-              {keymap
+              {entries
                 .filter((entry) => entry.group === group)
                 .map(({ shown, does }) => (
                   <div key={shown}>

@@ -73,6 +73,9 @@ export function missingOf({ experiment }: Pick<Run, "experiment">, capability: s
 export const useMissing = (capability: string): string | undefined =>
   useRun((run) => missingOf(run, capability));
 
+/** Whether the page shows a recording, which nobody can change. */
+export const useRecorded = (): boolean => useRun((run) => run.experiment?.source === "recording");
+
 /** How often time went back, or the run began anew. */
 export function useTimesBack(): number {
   const [times, setTimes] = useState(0);

@@ -24,6 +24,8 @@ export interface Population {
   positions: Vector[] | null;
   /** Whether its cells have positions. */
   placed: boolean;
+  /** Whether no cell of it fires in all of a recording. */
+  silent?: boolean;
 }
 
 /** Cells with a name of their own. */

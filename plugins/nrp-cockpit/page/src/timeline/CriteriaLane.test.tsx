@@ -27,6 +27,7 @@ test("a click on a failed criterion says its value, its limit and when it was de
   const curve = { topic: "/gaze/error", path: "data", limits: [0.5] };
   const one = { name: "stops", passed: false, from_s: 9, to_s: 10, text: "0.6 m, more than 0.5 m" };
   const criteria = [{ ...one, curve }];
+  useNotices.setState({ notices: [] }); // other tests leave some
   render(<CriteriaLane criteria={criteria} span={{ from_s: 0, to_s: 10 }} />);
   fireEvent.click(screen.getByRole("button"));
   expect(useNotices.getState().notices.map(({ text }) => text)).toEqual([

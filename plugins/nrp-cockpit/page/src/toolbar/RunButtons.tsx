@@ -1,10 +1,10 @@
 import { pause, play, type ResetWhat, reset, step, stepBack } from "../state/commands";
-import { useBlocked, useMissing, useRun } from "../state/run";
+import { useBlocked, useMissing, useRecorded, useRun } from "../state/run";
 import { IconButton } from "../ui/Button";
 import { Icon, type IconName } from "../ui/Icon";
 import { Menu } from "../ui/Menu";
 
-const resets: { what: ResetWhat; label: string; icon: IconName }[] = [
+const RESETS: { what: ResetWhat; label: string; icon: IconName }[] = [
   { what: "all", label: "Reset everything", icon: "reset" },
   { what: "robot", label: "Reset the robot", icon: "target" },
   { what: "brain", label: "Reset the brain", icon: "brain" },
@@ -18,6 +18,7 @@ export function RunButtons() {
   const blocked = useBlocked();
   const noWayBack = useMissing("step_back");
   const ended = over ? "The run has ended: step back or reset." : undefined;
+  const resets = useRecorded() ? RESETS.slice(0, 1) : RESETS; // of a recording only its time goes back
   const items = resets.map(({ what, ...item }) => ({ ...item, onSelect: () => void reset(what) }));
   return (
     // biome-ignore lint/a11y/useSemanticElements: a fieldset has no place in a toolbar

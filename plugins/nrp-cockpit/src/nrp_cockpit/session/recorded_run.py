@@ -21,7 +21,7 @@ from nrp_core.messages.cdr import Codec
 from nrp_core.messages.foxglove_msgs import SceneEntity
 from nrp_core.recording import RUN_NAME, RecordedTopic, Recording, Role
 from nrp_core.recording.folder.recording_folder import recorded_experiment
-from nrp_core.recording.layout import CALLED, SCENE, WORLD_FRAME
+from nrp_core.recording.layout import CALLED, SCENE, WORLD_FRAME, spikes_topic
 
 FIXED = "a recording cannot be changed; branch a run from it with nrp replay --from"
 """Why requests that change a run are refused."""
@@ -151,6 +151,7 @@ class RecordedRun:
 
     def _populations(self, known: Mapping[str, Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
         driven, read = self._neurons(Role.SOURCE), self._neurons(Role.SINK)
+        excluded = (self._settings.get("recording") or {}).get("exclude") or ()
         first = 0
         for label, one in known.items():
             ids = range(first, first + one["size"])
@@ -163,6 +164,7 @@ class RecordedRun:
                 "role": role_of(is_source, not driven.isdisjoint(ids), not read.isdisjoint(ids)),
                 "positions": None,
                 "placed": False,
+                "silent": spikes_topic(label) not in self._topics and label not in excluded,
             }
             first += one["size"]
 

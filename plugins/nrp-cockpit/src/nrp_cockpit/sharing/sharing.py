@@ -15,7 +15,7 @@ from nrp_cockpit.session.recorded_run import FIXED
 from nrp_cockpit.sharing.html import html_page
 from nrp_cockpit.sharing.tracks import Track, fitted, read_tracks
 from nrp_cockpit.wire.hub import Hub, to_json
-from nrp_core.clock import from_seconds
+from nrp_core.clock import NS_PER_S, from_seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.messages.cdr import Codec
@@ -27,6 +27,8 @@ _PER_BASE64 = 3 / 4
 _MARGIN = 20_000
 """Space for the elements around the data and for the findings about losses, bytes."""
 _ABOUT = "nrp-recording"
+_WINDOW_NS = 4 * NS_PER_S
+"""What the plots show at first."""
 
 
 @dataclass(frozen=True)
@@ -114,16 +116,29 @@ def _about(folder: Path, session: RecordedSession, tracks: Iterable[Track]) -> b
 
 
 def _telling_ns(begin_ns: int, end_ns: int, timeline: Mapping[str, Any]) -> int:
-    """Return the time at which the page opens: the first failure, else the last event, else the middle.
+    """Return the time at which the page opens, later than the start with its empty plots and before the end.
 
-    At the start, the plots are empty; at the end, there is nothing to play.
+    That is the first failure, else a second after the last event, intervention, or begin or success of a
+    criterion, so that its consequences are seen; without these the middle. Plots are filled by then, if the
+    run is long enough.
     """
-    failed = [one["to_s"] for one in timeline["criteria"] if one["passed"] is False]
+    criteria = timeline["criteria"]
+    marked = (*timeline["events"], *timeline["interventions"])
+    failed = [one["to_s"] for one in criteria if one["passed"] is False]
     failed += [one["t_s"] for one in timeline["failures"]]
-    happened = [one["t_s"] for one in timeline["events"] if one["t_s"] is not None]
-    times_ns = [from_seconds(min(failed))] if failed else [from_seconds(t_s) for t_s in sorted(happened)]
-    inside = [t_ns for t_ns in times_ns if begin_ns < t_ns < end_ns]
-    return inside[-1] if inside else (begin_ns + end_ns) // 2
+    changed = [one["t_s"] for one in marked if one["t_s"] is not None]
+    changed += [one[key] for one in criteria if one["passed"] for key in ("from_s", "to_s")]
+
+    def inside(times_s: Iterable[float]) -> list[int]:
+        return sorted(t_ns for t_ns in map(from_seconds, times_s) if begin_ns < t_ns < end_ns)
+
+    if failures := inside(failed):
+        return failures[0]
+    *_, last_ns = begin_ns, *inside(changed)
+    after_ns = (last_ns + end_ns) // 2
+    if last_ns > begin_ns:
+        after_ns = min(last_ns + NS_PER_S, after_ns)
+    return max(after_ns, min(begin_ns + _WINDOW_NS, begin_ns + (end_ns - begin_ns) * 3 // 4))
 
 
 def _topic_data(track: Track) -> dict[str, Any]:
