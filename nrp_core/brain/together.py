@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,8 @@ from nrp_core.brain.spikes import NO_SPIKES, Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import DivergedError
 from nrp_core.simulation import Failures, note_failure
+
+_is_active = attrgetter("active")
 
 
 class _Row:
@@ -77,7 +80,7 @@ class BrainBatch:
                 row = rows[brain] = _Row(brain)
             if not row.is_plain or not brain._is_plain or brain.now_ns >= times_ns[number]:
                 continue
-            if row.counters and not all(port.active for port in row.counters):
+            if row.counters and not all(map(_is_active, row.counters)):
                 continue  # compiled code counts without a look at them
             shape = shape or (type(brain), row.shape)
             if shape == (type(brain), row.shape):

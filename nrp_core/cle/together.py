@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
 from typing import Any, TypeAlias
 
 from nrp_core._support.stopwatch import work
@@ -13,7 +12,7 @@ from nrp_core.cle.loop import ClosedLoop
 from nrp_core.dsl.calls import Call
 from nrp_core.dsl.functions import TransferFunction, call_for_copies
 from nrp_core.errors import LifecycleError, SimulationError
-from nrp_core.simulation import Failures, note_failure
+from nrp_core.simulation import Failures
 from nrp_core.world.batch import release_together
 
 Calling: TypeAlias = tuple["_End", TransferFunction, Iterator[Call]]
@@ -75,10 +74,18 @@ class EndsOfSteps:
             lost = release_together([end.loop.world for end in ends])
         failed |= {ends[place].number: error for place, error in lost.items()}
         ends = [end for end in ends if end.number not in failed]
-        failures = [end.loop.deliver_changes(end.changing, end.n_failures) for end in ends]
+        failures = [
+            end.loop.deliver_changes(end.changing, end.n_failures)
+            if end.changing or len(end.loop.failures) > end.n_failures
+            else None
+            for end in ends
+        ]
         self._observe([end.loop for end in ends])
         for end, failure in zip(ends, failures, strict=True):
-            note_failure(failed, end.number, partial(end.loop.complete_step, failure))
+            try:
+                end.loop.complete_step(failure)
+            except Exception as error:  # noqa: BLE001 - the caller decides about each loop
+                failed[end.number] = error
 
     def _run(self, place: int, ends: Sequence[_End], failed: Failures) -> None:
         """Run the functions at a place in their loops, if they are due."""

@@ -331,10 +331,13 @@ class Engine(JointCommands):
     @classmethod
     def set_drive_of(
         cls, engines: Sequence[Any], model: str, drive: str, velocities: Sequence[BodyVelocity]
-    ) -> None:
-        """Set the target velocity of a drive in several engines; see :meth:`set_drive`."""
-        for engine, velocity in zip(engines, velocities, strict=True):
-            engine._do_set_drive(model, drive, velocity)
+    ) -> bool:
+        """Set the target velocity of a drive in several engines, if it can do so at once.
+
+        Returns:
+            Whether it has; otherwise nothing has changed, and :meth:`set_drive` is called for each engine.
+        """
+        return False
 
     @final
     def set_wrench(self, model: str, link: str, wrench: Wrench, of: str = "") -> bool:

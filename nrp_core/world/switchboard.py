@@ -352,11 +352,6 @@ class Switchboard:
         for name, message, numbers in held:
             self._send(name, message, numbers)
 
-    def _only_receiver(self, name: str) -> Part | None:
-        """Return what alone receives the numbers of messages on a topic, if that is one part."""
-        parts = self._parts.get(name, ())
-        return parts[0] if len(parts) == 1 and not self.observers else None
-
     def _send(self, name: str, message: Any, numbers: Sequence[float] | None) -> None:
         """Deliver a message that its sender does not change any more, or the numbers in it."""
         if parts := self._parts.get(name):
@@ -548,7 +543,7 @@ def release_all(boards: Sequence[Switchboard]) -> Failures:
             for number, messages in enumerate(held)
             if place < len(messages) and number not in failed
         }
-        for number in _written_together(boards, waiting):
+        for number in _written_together(boards, waiting, failed):
             del waiting[number]
         for number, message in waiting.items():
             note_failure(failed, number, partial(boards[number]._send, *message))
@@ -556,18 +551,28 @@ def release_all(boards: Sequence[Switchboard]) -> Failures:
 
 
 def _written_together(
-    boards: Sequence[Switchboard], waiting: Mapping[int, tuple[str, Any, Sequence[float] | None]]
+    boards: Sequence[Switchboard],
+    waiting: Mapping[int, tuple[str, Any, Sequence[float] | None]],
+    failed: Failures,
 ) -> list[int]:
     """Write numbers that parts of one kind take at once; return the numbers of their boards."""
     batches: dict[Any, list[tuple[int, Part]]] = {}
     for number, (name, _, numbers) in waiting.items():
-        if numbers is not None and (part := boards[number]._only_receiver(name)) is not None:
-            batches.setdefault((type(part), name), []).append((number, part))
+        board = boards[number]
+        parts = board._parts.get(name, ())
+        if numbers is not None and len(parts) == 1 and not board.observers:
+            batches.setdefault((type(parts[0]), name), []).append((number, parts[0]))
     done: list[int] = []
     for (kind, name), batch in batches.items():
         parts = [part for _, part in batch]
         rows = [waiting[number][2] for number, _ in batch]
         times_ns = [boards[number]._engine.now_ns for number, _ in batch]
-        if len(parts) > 1 and kind.write_all(parts, name, rows, times_ns):
-            done += [number for number, _ in batch]
+        try:
+            if len(parts) > 1 and kind.write_all(parts, name, rows, times_ns):
+                done += [number for number, _ in batch]
+        except Exception as error:  # noqa: BLE001 - it is one of each copy
+            for number, _ in batch:
+                failed[number] = error
+                note_failure(failed, number, partial(boards[number]._fail, name, error))
+                done.append(number)
     return done

@@ -145,6 +145,8 @@ class MujocoEngine(JointedEngine):
         self._link_readers: dict[tuple[str, tuple[str, ...]], LinkReader] = {}
         self._creep = Creep(self._built)
         self._decays = Decays(self._built, seconds(options.timestep))
+        # whether steps change only the state, and nothing is looked up in MuJoCo's data after them
+        self._takes_plain_steps = shares and not (self._decays or self._creep.watches)
         self._survey(scene)
         self._refresh()
 
@@ -194,13 +196,13 @@ class MujocoEngine(JointedEngine):
     @classmethod
     def set_drive_of(
         cls, engines: Sequence[MujocoEngine], model: str, drive: str, velocities: Sequence[BodyVelocity]
-    ) -> None:
+    ) -> bool:
         if cls._do_set_drive is not MujocoEngine._do_set_drive:
-            super().set_drive_of(engines, model, drive, velocities)
-            return
+            return False
         set_velocities([engine._drives[model, drive] for engine in engines], velocities)
         for engine in engines:
             engine._moment = object()
+        return True
 
     def _do_set_servo_efforts(self, model: str, joints: tuple[str, ...], efforts: Sequence[float]) -> None:
         if not self._control.set_efforts(model, joints, efforts):
@@ -262,11 +264,6 @@ class MujocoEngine(JointedEngine):
             engine = engines[number]
             note_failure(failed, number, partial(engine.check_state, engine.now_ns))
         return failed
-
-    @property
-    def _takes_plain_steps(self) -> bool:
-        """Whether steps change only the state, and nothing is looked up in MuJoCo's data after them."""
-        return self._row is not None and not (self._decays or self._creep.watches)
 
     def _note_steps(self, steps: int) -> None:
         """Note steps that were taken together with those of other engines."""

@@ -137,10 +137,11 @@ class DrivePart(Part):
             return False
         ((engine, model, drive),) = kinds
         velocities = [part._body_velocity(*row) for part, row in zip(parts, rows, strict=True)]
+        if not engine.set_drive_of([part._engine for part in parts], model, drive, velocities):
+            return False
         for part, velocity, now_ns in zip(parts, velocities, times_ns, strict=True):
             part.deadline_ns = None if part._timeout_ns is None else now_ns + part._timeout_ns
             part._velocity = velocity
-        engine.set_drive_of([part._engine for part in parts], model, drive, velocities)
         return True
 
     def set_target_velocity(self, velocity: BodyVelocity) -> None:

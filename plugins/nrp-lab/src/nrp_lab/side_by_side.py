@@ -13,7 +13,6 @@ from functools import partial
 from nrp_core.brain import Closing
 from nrp_core.cle.loop import ClosedLoop
 from nrp_core.cle.together import BrainBatch, EndsOfSteps
-from nrp_core.simulation import note_failure
 from nrp_core.utilities import time_limit
 from nrp_core.world.batch import advance_together
 
@@ -56,7 +55,10 @@ class SideBySide(Closing):
             for limit in {loop.time_limit for loop in loops}:
                 watching.enter_context(limit.watching())
             for number, loop in enumerate(loops):
-                note_failure(failed, number, loop.begin_step)
+                try:
+                    loop.begin_step()
+                except Exception as error:  # noqa: BLE001 - the caller decides about each loop
+                    failed[number] = error
             going = [n for n in range(len(loops)) if n not in failed]
             shares = [going[first :: self.threads] for first in range(self.threads)]
             work = partial(self._advance, loops, failed)
