@@ -79,7 +79,8 @@ class Scope:
     ) -> None:
         self._missing, self._compiled = missing, compiled or compile_file
         self._homes: dict[Path, None] = {}
-        self._packages = {root: self._package(root) for root in roots}
+        self._roots = frozenset(roots)
+        self._packages: dict[str, ModuleType] = {}
         self._stands_for = substitute
         self._folders = folders
         self._importlib = ModuleType("importlib", importlib.__doc__)
@@ -237,10 +238,12 @@ class Scope:
             return self._importlib
         own = self._stands_for(name)
         is_package = own is not None and "__path__" in vars(own)
-        return own if is_package else self._packages.get(name) or own
+        return self._package(name) if name in self._roots and not is_package else own
 
     def _package(self, name: str) -> ModuleType:
-        package = ModuleType(name)
+        if name in self._packages:
+            return self._packages[name]
+        package = self._packages[name] = ModuleType(name)
 
         def attribute(child: str) -> object:
             substitute = self._stands_for(f"{name}.{child}") or self._places.get(f"{name}.{child}")

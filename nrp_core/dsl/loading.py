@@ -9,9 +9,10 @@ import importlib.util
 import operator
 import sys
 import warnings
+from collections import ChainMap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from types import CodeType, MappingProxyType, ModuleType
 from typing import Any
@@ -45,13 +46,24 @@ def file_scope(
         missing: returns a substitute for a module that is not found.
         compiled: compiles an imported file; by default as Python.
     """
+    own = {"hbp_nrp_client.tf_framework": framework, **(substitutes or {})}
+    known = ChainMap(own, _messages())
+    return Scope(_packages(frozenset(known)), known.get, folders, missing, compiled)
+
+
+@cache
+def _messages() -> dict[str, ModuleType]:
+    """Return the modules of messages by their dotted names; all files have the same."""
     known = {f"{name}.msg": package.msg for name, package in message_packages().items()}
     known |= {f"{name}.srv": services for name, services in service_packages().items()}
     known |= {"cv_bridge": cv_bridge}
-    known |= dict.fromkeys(("sensor_msgs.point_cloud2", "sensor_msgs_py.point_cloud2"), point_cloud2)
-    known |= {"hbp_nrp_client.tf_framework": framework, **(substitutes or {})}
-    packages = {name.partition(".")[0] for name in known if "." in name} - known.keys()
-    return Scope(packages, known.get, folders, missing, compiled)
+    return known | dict.fromkeys(("sensor_msgs.point_cloud2", "sensor_msgs_py.point_cloud2"), point_cloud2)
+
+
+@cache
+def _packages(names: frozenset[str]) -> frozenset[str]:
+    """Return the top-level packages that exist only as parents of modules with these names."""
+    return frozenset(name.partition(".")[0] for name in names if "." in name) - names
 
 
 class _MessageFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):

@@ -6,6 +6,7 @@ import hashlib
 import re
 import struct
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from copy import copy
 from dataclasses import dataclass
 from math import inf, isfinite
 from typing import Any
@@ -56,6 +57,12 @@ class FallWatch:
     def reset(self) -> None:
         """Forget all falls."""
         self._fallen: dict[str, Finding] = {}
+
+    def another(self) -> FallWatch:
+        """Return one for a copy of the run, which has not seen any falls."""
+        watch = copy(self)
+        watch.reset()
+        return watch
 
     def check(self, now_ns: int, poses: Mapping[str, Pose]) -> None:
         """Check the poses at a time."""
@@ -195,13 +202,12 @@ class Observation:
 
     Args:
         experiment: the experiment.
-        scene: its scene, with the robots at their start poses.
+        falls: reports robots that fall.
         world: its open world, with the topics and aliases of the experiment.
         collector: receives mistakes in events and criteria.
 
     Attributes:
         watch: the events and criteria of the experiment.
-        falls: reports robots that fall.
         digest: the digest of the trajectories of all models so far.
         engine: the engine of the world.
         period_ns: one step of the loop.
@@ -214,12 +220,12 @@ class Observation:
     table: Any = None
     alone_for, patience = 0, 1
 
-    def __init__(self, experiment: Experiment, scene: Scene, world: World, collector: Collector) -> None:
+    def __init__(self, experiment: Experiment, falls: FallWatch, world: World, collector: Collector) -> None:
         self.engine, self.period_ns = world.engine, experiment.timestep
         self.watch = Watch(experiment, world, collector)
         self._robots, self._world = experiment.world.robots, world
         self._scene: Scene | None = None
-        self.falls = FallWatch(scene, self._robots, world.capabilities)
+        self.falls = falls
         self._begin()
 
     def count_spikes(self, brain: Brain) -> None:

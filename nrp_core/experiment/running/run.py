@@ -51,7 +51,7 @@ from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Build, Experiment
 from nrp_core.experiment.running.lost_messages import CommandsWithoutReceiver, LostMessages, SilentTopics
 from nrp_core.experiment.running.many_observations import ManyObservations
-from nrp_core.experiment.running.observation import Observation
+from nrp_core.experiment.running.observation import FallWatch, Observation
 from nrp_core.experiment.running.observers import Participant, RunObserver, StepObserver
 from nrp_core.experiment.running.picture import Picture, image_of
 from nrp_core.experiment.running.problems import (
@@ -154,7 +154,12 @@ class Run(Overview, Closing):
             collector = Collector(experiment.source)
             declare_own(experiment, self.world, collector)
             declare_missing_topics(experiment, self.world, plan.functions)
-            self._observation = Observation(experiment, plan.scene, self.world, collector)
+            falls = (
+                FallWatch(plan.scene, experiment.world.robots, self.world.capabilities)
+                if beside is None
+                else beside._observation.falls.another()
+            )
+            self._observation: Observation = Observation(experiment, falls, self.world, collector)
             self._events = self._observation.watch.events
             self._interventions = Interventions(experiment, self.brain, self._events)
             collector.raise_errors()

@@ -1,6 +1,7 @@
 """A copy of an experiment is, bit for bit, the run alone with its seed."""
 
 import gc
+import tracemalloc
 from contextlib import ExitStack
 
 import numpy as np
@@ -140,6 +141,27 @@ def test_each_of_a_thousand_copies_equals_its_run_alone(threads):
             for _ in range(steps):
                 alone_run.step()
             assert run.snapshot() == alone_run.snapshot()
+
+
+def test_a_copy_allocates_few_objects_of_its_own():
+    few, many = 5, 20
+    with ExitStack() as opened_runs:
+        first = opened_runs.enter_context(Run(load_experiment("slalom_pioneer")))
+
+        def more(n):
+            for _ in range(n):
+                opened_runs.enter_context(Run(first.experiment, beside=first)).step()
+
+        more(few)  # what copies share
+        gc.collect()
+        tracemalloc.start()
+        try:
+            more(many)
+            gc.collect()
+            allocated, _ = tracemalloc.get_traced_memory()
+        finally:
+            tracemalloc.stop()
+    assert allocated / many < 160_000
 
 
 def test_the_end_of_some_copies_unfreezes_no_objects_of_others():
