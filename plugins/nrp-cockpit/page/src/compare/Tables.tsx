@@ -28,7 +28,7 @@ function Table<T>({ title, labels, rows, shown }: TableProps<T>) {
         <tr>
           <th scope="col">{title}</th>
           {labels.map((label) => (
-            <th scope="col" key={label} className="cut">
+            <th scope="col" key={label}>
               {label}
             </th>
           ))}

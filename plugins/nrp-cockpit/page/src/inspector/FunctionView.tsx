@@ -1,6 +1,6 @@
 import { command } from "../state/commands";
 import { openPlace } from "../state/place";
-import { useBlocked, useRun } from "../state/run";
+import { useBlocked, useRecorded, useRun } from "../state/run";
 import { Button } from "../ui/Button";
 import { thousands } from "../ui/counts";
 import { Empty } from "../ui/Panel";
@@ -11,6 +11,7 @@ import { Fact, Facts, Section, Title } from "./Facts";
 export function FunctionView({ name }: { name: string }) {
   const one = useRun((run) => run.functions?.functions.find((each) => each.name === name));
   const blocked = useBlocked();
+  const recorded = useRecorded();
   if (!one) return <Empty>The run has no transfer function '{name}' any more.</Empty>;
   return (
     <>
@@ -19,8 +20,8 @@ export function FunctionView({ name }: { name: string }) {
         <Facts>
           <Fact name="Flow">{one.flow}</Fact>
           <Fact name="Place">{`${one.file.split("/").at(-1)}:${one.line}`}</Fact>
-          <Fact name="Calls">{thousands(one.calls)}</Fact>
-          <Fact name="Mean time per call">{`${one.mean_ms.toFixed(3)} ms`}</Fact>
+          {!recorded && <Fact name="Calls">{thousands(one.calls)}</Fact>}
+          {!recorded && <Fact name="Mean time per call">{`${one.mean_ms.toFixed(3)} ms`}</Fact>}
         </Facts>
         <div className="row">
           <span className="f12 mut grow">Active</span>

@@ -22,7 +22,7 @@ export function InspectorPanel() {
     />
   );
   return (
-    <Panel title="Selected" tools={clear} className="inspector scroll">
+    <Panel title="Selected" tools={clear} className="inspector scroll" about={JSON.stringify(selected)}>
       {selected ? <Selected selected={selected} /> : <Nothing />}
     </Panel>
   );

@@ -55,7 +55,7 @@ export class TablePicture {
     this.table.count(from_s, populations);
   }
 
-  /** Draws the rate of each line as bars, and says how high the highest one is. */
+  /** Draws the rate of each line as bars, and says how high they are. */
   paintBars(sheet: Sheet, scale: TimeScale): void {
     const { pen, colours } = sheet;
     this.lines.forEach(({ row }, line) => {
@@ -66,13 +66,22 @@ export class TablePicture {
       pen.rect(scale.left, top, scale.right - scale.left, bottom - top);
       pen.clip();
       pen.fillStyle = colours[row.population.role];
-      this.fillBars(pen, scale, line, bottom, Math.max(0, bottom - top - 4) / highest_hz);
+      const px_per_hz = Math.max(0, bottom - top - 4) / highest_hz;
+      this.fillBars(pen, scale, line, bottom, px_per_hz);
       pen.restore();
       if (bottom - top < BOTH_PX) return;
+      const hasAxis = bottom - top >= AXIS_PX;
+      const tick_hz = niceStep(highest_hz * AXIS_SHARE);
       pen.fillStyle = colours.text3;
       pen.textAlign = "right";
       pen.textBaseline = "alphabetic";
-      pen.fillText(`${tickText(highest_hz, highest_hz / 10)} Hz`, scale.left - 6, bottom - 2);
+      const low = hasAxis ? "0" : `${tickText(highest_hz, highest_hz / 10)} Hz`;
+      pen.fillText(low, scale.left - 6, bottom - 2);
+      if (!hasAxis) return;
+      const high = bottom - tick_hz * px_per_hz;
+      pen.fillRect(scale.left - 4, high, 4, 1);
+      pen.textBaseline = "middle";
+      pen.fillText(`${tickText(tick_hz, tick_hz)} Hz`, scale.left - 6, high);
     });
   }
 
@@ -128,6 +137,10 @@ export class TablePicture {
 
 /** The height of a band that holds its name and its highest rate. */
 const BOTH_PX = 26;
+/** Bars from this height on have an axis with two ticks, below the name; lower ones say how high the highest is. */
+const AXIS_PX = 80;
+/** The least share of the highest rate at which its upper tick is; it is at most 2.5 times as high. */
+const AXIS_SHARE = 0.32;
 const SHADES = 256;
 
 /** The number of the colour of a rate: its root, so that low rates beside high ones are seen. */

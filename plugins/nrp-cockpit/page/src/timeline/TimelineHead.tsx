@@ -1,5 +1,5 @@
 import { takeSnapshot } from "../state/commands";
-import { useBlocked, useMissing, useRun } from "../state/run";
+import { useBlocked, useMissing, useRecorded, useRun } from "../state/run";
 import { IconButton } from "../ui/Button";
 import { Icon } from "../ui/Icon";
 
@@ -14,7 +14,7 @@ interface TimelineHeadProps {
 export function TimelineHead({ zoomedIn, compared, onZoom }: TimelineHeadProps) {
   const blocked = useBlocked();
   const missing = useMissing("snapshot");
-  const live = useRun((run) => run.experiment?.source !== "recording");
+  const live = !useRecorded();
   return (
     <div className="timeline-head">
       <div>

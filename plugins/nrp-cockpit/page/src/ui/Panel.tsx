@@ -10,11 +10,13 @@ interface PanelProps {
   /** Controls at the right end of the head. */
   tools?: ReactNode;
   className?: string;
+  /** What it is about: something else is shown from its top. */
+  about?: string;
   children: ReactNode;
 }
 
 /** One room's frame: a region with a head; the frame adds the buttons that the layout offers to every panel. */
-export function Panel({ title, label = title, sub, tools, className = "", children }: PanelProps) {
+export function Panel({ title, label = title, sub, tools, className = "", about, children }: PanelProps) {
   const { number, frameTools, headProps } = useContext(PanelContext);
   const which = number > 1 ? ` ${number}` : "";
   return (
@@ -29,7 +31,9 @@ export function Panel({ title, label = title, sub, tools, className = "", childr
         {tools}
         {frameTools}
       </div>
-      <div className={`panel-body ${className}`}>{children}</div>
+      <div key={about} className={`panel-body ${className}`}>
+        {children}
+      </div>
     </section>
   );
 }
