@@ -26,6 +26,9 @@ CHROMIUM = (
     "--disable-background-networking",
     "--disable-quic",
     "--no-first-run",
+    "--font-render-hinting=none",  # letters as on any machine
+    "--disable-lcd-text",
+    "--force-color-profile=srgb",
 )
 
 PATIENCE_MS = 1000 * PATIENCE_S

@@ -14,7 +14,7 @@ from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 
-pytest_plugins = ["cases", "golden"]  # in tests/shared
+pytest_plugins = ["cases", "golden", "stories"]  # the first two in tests/shared
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from browsing import CUT, HUSKY, Kept, Watched, seen, wait_until
 from playwright.sync_api import FrameLocator, Page, expect
+from stories import FONTS, STYLED, Stories, settled
 
 EVENT = ("-s", "events.left_red.at=0.2 s")
 
@@ -13,7 +14,7 @@ def frame(page: Page, title: str) -> FrameLocator:
     return page.frame_locator(f"iframe[title='{title}']")
 
 
-def test_a_branch_is_changed_and_the_difference_is_shown(kept: Kept, watched: Watched):
+def test_a_branch_is_changed_and_the_difference_is_shown(kept: Kept, watched: Watched, stories: Stories):
     page = watched.open(kept.open("braitenberg_husky", *HUSKY, *EVENT), 1280, 720)
     page.get_by_role("slider", name="Simulated time").press("PageUp")
     expect(page.get_by_role("timer")).to_contain_text("1.00 s")
@@ -28,6 +29,7 @@ def test_a_branch_is_changed_and_the_difference_is_shown(kept: Kept, watched: Wa
             heads = frame(page, title).locator(".panel-head")
             seen(page, lambda heads=heads: heads.evaluate_all(CUT), lambda cut: cut == [])  # type: ignore[misc]
     page.set_viewport_size({"width": 1280, "height": 720})
+    page.evaluate(STYLED, FONTS)
     page.get_by_role("button", name="Switch between light and dark").click()
     for title in ("The run", "Branch of 1.00 s"):
         expect(frame(page, title).locator("html")).to_have_class("theme-dark")
@@ -43,6 +45,13 @@ def test_a_branch_is_changed_and_the_difference_is_shown(kept: Kept, watched: Wa
     lane = page.get_by_role("list", name="Differences from Branch of 1.00 s")
     expect(lane.get_by_role("button", name="The robot's path differs from 1.04 s: go there")).to_be_visible()
     expect(lane.get_by_text("apart", exact=False).first).to_be_attached()
+    page.get_by_role("slider", name="Simulated time").press("PageUp")
+    expect(page.get_by_role("timer")).to_contain_text("2.04 s")
+    panels = {
+        "difference": page.get_by_role("region", name="Difference"),
+        "timeline": page.locator("[data-panel=timeline]"),
+    }
+    stories.compare("compare", settled(page, panels))
     page.get_by_role("button", name="Close the second run").click()
     expect(lane).to_have_count(0)
     expect(page.get_by_role("region", name="Comparison")).to_be_visible()

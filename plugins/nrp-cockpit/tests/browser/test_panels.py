@@ -8,6 +8,7 @@ import pytest
 from browsing import HUSKY, Kept, Watched, box_of, seen
 from nrp_cockpit.session.layout import SUFFIX, own_layout
 from playwright.sync_api import Locator, Page, expect
+from stories import FONTS, STYLED, Stories, settled
 from visitors import cockpit
 
 
@@ -116,12 +117,15 @@ def test_a_run_without_a_camera_has_no_panel_for_one(watched: Watched):
         expect(page.get_by_role("menuitem", name="Add Camera")).to_have_count(0)
 
 
-def test_sliders_change_cells_and_functions_and_a_seed_begins_again(watched: Watched):
+def test_sliders_change_cells_and_functions_and_a_seed_begins_again(watched: Watched, stories: Stories):
     with cockpit(experiment="slalom_pioneer") as opened:
         page = watched.open(opened.address)
+        page.evaluate(STYLED, FONTS)
         choose(page, "Place of Spikes", "Show Parameters here")
         slider = page.get_by_role("slider", name="v_thresh of wheels")
         expect(slider).to_have_attribute("aria-valuetext", "-50 mV")
+        page.mouse.move(0, 0)
+        stories.compare("live", settled(page, {"parameters": panel(page, "Parameters")}))
         slider.press("ArrowLeft")
         expect(slider).to_have_attribute("aria-valuetext", "-50.2 mV")
         seen(page, lambda: opened.session.ask(

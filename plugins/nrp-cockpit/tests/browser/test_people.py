@@ -5,6 +5,7 @@ from __future__ import annotations
 from browsing import CUT, Pages, Watched, box_of, seen, time_s, wait_until
 from cutting import Way
 from playwright.sync_api import Page, expect
+from stories import FONTS, STYLED, Stories, settled
 
 FOCUSED = "() => document.activeElement.innerText || document.activeElement.getAttribute('aria-label') || ''"
 
@@ -191,8 +192,11 @@ def test_the_page_comes_back_when_its_server_does(husky: str, pages: Pages):
     way.close()
 
 
-def test_a_cell_shows_its_membrane_and_a_projection_its_weights(husky: str, watched: Watched):
+def test_a_cell_shows_its_membrane_and_a_projection_its_weights(
+    husky: str, watched: Watched, stories: Stories
+):
     page = watched.open(husky)
+    page.evaluate(STYLED, FONTS)
     inspector = page.get_by_role("region", name="Selected")
     inspector.get_by_role("button", name="green blue eye → right wheel neuron").click()
     expect(inspector.get_by_role("region", name="Weights")).to_contain_text("uS")
@@ -203,6 +207,8 @@ def test_a_cell_shows_its_membrane_and_a_projection_its_weights(husky: str, watc
     inspector.get_by_role("button", name="\N{MULTIPLICATION SIGN} 2", exact=True).click()
     expect(weights.nth(1)).to_contain_text(f"{2 * float(before):g}")
     expect(weights.nth(2)).to_contain_text(before)
+    page.mouse.move(0, 0)
+    stories.compare("live", settled(page, {"weights": inspector}))
     inspector.get_by_label("Weight of all synapses").fill(before)
     inspector.get_by_role("button", name="Set", exact=True).click()
     expect(weights.nth(1)).to_contain_text(before)
