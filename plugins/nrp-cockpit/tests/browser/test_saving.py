@@ -51,34 +51,28 @@ def test_each_panel_is_saved_as_wide_as_a_column_of_a_journal(panel: str, opened
     assert len(np.unique(pixels, axis=0)) > 50  # more than an empty panel has, also where WebGL draws
 
 
-def test_the_brain_is_saved_as_a_drawing_with_its_own_colours(opened: Page) -> None:
-    root = ET.fromstring(saved(opened, "Brain", "Save as SVG, 180 mm wide"))
-    assert root.get("width") == "180mm"
-    circles = root.findall(f".//{SVG}circle[@class='brain-shape']")
+def test_panels_are_saved_as_drawings_and_tables(opened: Page) -> None:
+    brain = ET.fromstring(saved(opened, "Brain", "Save as SVG, 180 mm wide"))
+    assert brain.get("width") == "180mm"
+    circles = brain.findall(f".//{SVG}circle[@class='brain-shape']")
     assert len(circles) == 8
     assert all("stroke: rgb(" in circle.get("style", "") for circle in circles)
+    assert_has_lines_and_axes(opened, "Spikes", {"Neuron", "circuit"})
+    assert_has_lines_and_axes(opened, "Devices and topics", {"voltage (mV)", "linear.x"})
+    table = rows(saved(opened, "Devices and topics", "Save as CSV"))
+    speed = [row for row in table if row["angular.z: /husky/cmd_vel"]]
+    assert [float(row["t_s"]) for row in speed] == pytest.approx(np.arange(1, 51) * 0.02)
+    assert {row["cell"] for row in rows(saved(opened, "Spikes", "Save as CSV"))} >= {"4", "5", "7"}
 
 
-@pytest.mark.parametrize(
-    ("panel", "names"),
-    [("Spikes", {"Neuron", "circuit"}), ("Devices and topics", {"voltage (mV)", "linear.x"})],
-)
-def test_plots_are_saved_as_lines_and_words_with_named_axes(
-    panel: str, names: set[str], opened: Page
-) -> None:
-    root = ET.fromstring(saved(opened, panel, "Save as SVG, 85 mm wide"))
+def assert_has_lines_and_axes(page: Page, panel: str, names: set[str]) -> None:
+    """Save a plot, which has lines, words and named axes and no image."""
+    root = ET.fromstring(saved(page, panel, "Save as SVG, 85 mm wide"))
     assert root.get("width") == "85mm"
     assert {text.text for text in root.iter(f"{SVG}text")} >= {"Time (s)", *names}
     assert not [*root.iter(f"{SVG}image")]
     curves = [path for path in root.iter(f"{SVG}path") if path.get("stroke") == "#0072b2"]
     assert sum(path.get("d", "").count("M") for path in curves) > 0
-
-
-def test_curves_and_spikes_are_saved_as_tables(opened: Page) -> None:
-    table = rows(saved(opened, "Devices and topics", "Save as CSV"))
-    speed = [row for row in table if row["angular.z: /husky/cmd_vel"]]
-    assert [float(row["t_s"]) for row in speed] == pytest.approx(np.arange(1, 51) * 0.02)
-    assert {row["cell"] for row in rows(saved(opened, "Spikes", "Save as CSV"))} >= {"4", "5", "7"}
 
 
 def rows(content: bytes) -> list[dict[str, str]]:
