@@ -67,7 +67,7 @@ def test_spikes_are_drawn_and_a_reset_forgets_them(opened: Page):
     seen(opened, lambda: pixels(raster, GREEN), lambda count: count == 0)
 
 
-def test_plots_are_read_as_tables(opened: Page):
+def test_plots_are_read_as_tables_neurons_say_rates_and_curves_are_added(opened: Page):
     spikes = opened.get_by_role("table", name="Spikes of circuit").get_by_role("row").last
     expect(spikes).to_have_text(re.compile(r"circuit8\d+[\d.]+ Hz"))
     curves = opened.get_by_role("table", name="Curves of linear.x, angular.z").get_by_role("row")
@@ -76,9 +76,6 @@ def test_plots_are_read_as_tables(opened: Page):
     now, lowest, highest = (float(text) for text in curves.last.get_by_role("cell").all_inner_texts())
     assert lowest <= now <= highest
     assert highest > 0
-
-
-def test_a_neuron_says_its_rate_and_is_selected_by_the_keyboard(opened: Page):
     wheel = opened.get_by_role("button", name="Neuron 7 of circuit: right wheel neuron")
     rate = wheel.locator(".brain-rate")
     expect(rate).to_have_text(re.compile(r"^[\d.]+ Hz$"))
@@ -89,9 +86,6 @@ def test_a_neuron_says_its_rate_and_is_selected_by_the_keyboard(opened: Page):
     line.press(" ")
     expect(line).to_have_attribute("aria-pressed", "true")
     expect(wheel).to_have_attribute("aria-pressed", "false")
-
-
-def test_a_curve_is_found_by_words_added_and_removed(opened: Page):
     opened.get_by_role("button", name="Add", exact=True).click()
     opened.get_by_role("searchbox", name="Search the topics").fill("odom position x")
     opened.keyboard.press("Enter")
@@ -226,12 +220,12 @@ def test_a_legend_of_many_curves_leaves_room_for_them(opened: Page):
     expect(group.get_by_role("button").last).to_be_in_viewport()
 
 
-@pytest.mark.parametrize("width", [390, 1000])
-def test_legends_stay_in_narrow_panels(width: int, husky: str, watched: Watched):
-    page = watched.open(husky, width=width)
-    group = page.get_by_role("region", name="voltage (mV)")
+def test_legends_stay_in_narrow_panels(opened: Page):
+    group = opened.get_by_role("region", name="voltage (mV)")
     expect(group).to_contain_text("left_wheel_neuron")
-    inside, key = box_of(group), box_of(group.get_by_role("listitem").first)
-    assert key["width"] > 100
-    assert inside["x"] <= key["x"]
-    assert key["x"] + key["width"] <= inside["x"] + inside["width"]
+    for width in (390, 1000):
+        opened.set_viewport_size({"width": width, "height": 900})
+        inside, key = box_of(group), box_of(group.get_by_role("listitem").first)
+        assert key["width"] > 100
+        assert inside["x"] <= key["x"]
+        assert key["x"] + key["width"] <= inside["x"] + inside["width"]
