@@ -10,6 +10,12 @@ import numpy as np
 import pytest
 from golden import Golden
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.wrappers.vector import (
+    FlattenObservation,
+    NormalizeObservation,
+    NormalizeReward,
+    RecordEpisodeStatistics,
+)
 from nrp_lab.gym import NrpProcessesEnv, NrpVectorEnv, make_env, make_vec, vector_processes
 
 from nrp_core.errors import NrpError
@@ -101,6 +107,23 @@ def test_copies_are_what_gymnasium_makes_of_single_environments(
     assert sum(one[2].sum() for one in steps), "some were terminated"
     assert sum(one[3].sum() for one in steps), "some reached the end of the experiment"
     assert len({float(one[0]["motion:pioneer"][copy, 0]) for one in steps for copy in range(COPIES)}) > 12
+
+
+def test_wrappers_of_gymnasium_do_with_copies_what_they_do_with_single_environments(
+    copies: NrpVectorEnv, single: SyncVectorEnv
+) -> None:
+    def wrapped(envs: Any) -> tuple[Any, ...]:
+        recorded = RecordEpisodeStatistics(envs)
+        every = NormalizeReward(NormalizeObservation(FlattenObservation(recorded)))
+        every.action_space.seed(2)
+        steps = [every.reset(seed=5)[0]]
+        for _ in range(12):
+            steps += every.step(every.action_space.sample())[:4]
+        return (*steps, [*recorded.return_queue], [*recorded.length_queue])
+
+    found = wrapped(copies)
+    assert found[-1]
+    assert_equal(found, wrapped(single))
 
 
 def test_a_copy_that_fails_is_named_and_can_be_reset_while_the_others_continue(
