@@ -264,6 +264,8 @@ def _data(experiment: Experiment, parameters: Parameters) -> dict[str, Any]:
             "robots": {name: robot.model for name, robot in experiment.world.robots.items()},
         },
         "transfer_functions": experiment.transfer_functions,
+        "events": list(experiment.events),
+        "criteria": list(experiment.criteria),
         "parameters": parameters.as_data(),
     }
 
@@ -286,6 +288,9 @@ def _lines(experiment: Experiment, parameters: Parameters) -> Iterator[str]:
     if experiment.transfer_functions:
         yield f"  transfer functions: {', '.join(path.name for path in experiment.transfer_functions)}"
     yield from _parameters("parameter", parameters.functions)
+    for label, names in (("events", experiment.events), ("criteria", experiment.criteria)):
+        if names:
+            yield f"  {label}: {', '.join(names)}"
 
 
 def _parameters(label: str, parameters: Any) -> Iterator[str]:

@@ -78,6 +78,7 @@ class Session:
         self._request = request
         self._error: NrpError | None = None
         self._interrupted = False
+        self._fixed: list[str] = []
         self._control: ControlServer | None = None
 
     def run(self, *, as_json: bool) -> int:
@@ -173,7 +174,9 @@ class Session:
                 self._step(simulation, until_s, folder, files)
             self._write_csv(simulation)
             self._save_brain(simulation)
-            return simulation.result()
+            result, floats = simulation.result(), simulation.world.engine.floats
+            self._fixed = [robot for robot in result.final_pose if not floats(robot)]
+            return result
 
     def _step(
         self, simulation: Run, until_s: float | None, folder: Path | None, files: FilesRead | None
@@ -265,7 +268,13 @@ class Session:
         for line in lines(error) if error else ():
             complain(line)
         request = self._request
-        summary(result, recording=request.record, figures=request.plots, details=request.verbose)
+        summary(
+            result,
+            recording=request.record,
+            figures=request.plots,
+            fixed=self._fixed,
+            details=request.verbose,
+        )
 
     def _exit_code(self, result: Result) -> int:
         if self._interrupted:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from math import degrees
 from pathlib import Path
 
@@ -19,19 +19,22 @@ _MARKS = {True: ("✓", "green"), False: ("✗", "red"), None: ("?", "yellow")}
 _WEIGHT_COLORS = {Weight.INCOMPLETE: "red", Weight.ALTERED: "yellow", Weight.REMARK: None}
 
 
-def summary(result: Result, *, recording: Path | None, figures: Sequence[Path], details: bool) -> None:
+def summary(
+    result: Result, *, recording: Path | None, figures: Sequence[Path], fixed: Collection[str], details: bool
+) -> None:
     """Write a short summary to standard output: the problems first, the judgement last.
 
     Args:
         result: the result of the run.
         recording: the folder of its recording, if any.
         figures: the files of its figure.
+        fixed: the robots with a fixed base, whose final pose is no news.
         details: whether to write each problem, not only their number.
     """
     name = typer.style(result.experiment, bold=True)
     typer.echo(f"{name}: {result.brain} and {result.world}, seed {result.seed}")
     print_problems(result.judgement, details=details)
-    for line in _lines(result, recording, figures):
+    for line in _lines(result, recording, figures, fixed):
         typer.echo(line)
     typer.echo(styled_headline(result.judgement))
 
@@ -79,7 +82,9 @@ def styled_headline(judgement: Judgement) -> str:
     return typer.style(judgement.headline, fg=color, bold=True)
 
 
-def _lines(result: Result, recording: Path | None, figures: Sequence[Path]) -> Iterator[str]:
+def _lines(
+    result: Result, recording: Path | None, figures: Sequence[Path], fixed: Collection[str]
+) -> Iterator[str]:
     for criterion, outcome in result.criteria.items():
         yield f"  {_mark(outcome.passed)} {criterion}: {outcome.reason}"
     yield (
@@ -87,6 +92,8 @@ def _lines(result: Result, recording: Path | None, figures: Sequence[Path]) -> I
         f"{result.real_time_factor:.1f} x real time ({shares_text(result.time_share)})"
     )
     for robot, pose in result.final_pose.items():
+        if robot in fixed:
+            continue
         heading = f"{degrees(pose['yaw']):.0f}°"
         x, y = length_text(pose["x"]), length_text(pose["y"])
         yield f"  {robot} ends at x {x}, y {y}, heading {heading}"

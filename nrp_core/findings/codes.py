@@ -52,8 +52,8 @@ class Code(Enum):
     NRP200 = Explanation(
         "The file, or the experiment that it extends, cannot be read.",
         "The file cannot be read, so nothing else is checked.",
-        "Correct the line or name in the message: check indentation, brackets, and the space after each "
-        "colon.",
+        "Correct the name in the message, or the line: check its indentation, brackets, and the space after "
+        "each colon.",
         "{n} files cannot be read",
         Weight.ALTERED,
     )

@@ -102,6 +102,11 @@ class Engine(JointCommands):
         self._renderers = SceneRenderers(self._open_renderer, "".join(self.capabilities.renderers[:1]))
 
     @property
+    def title(self) -> str:
+        """Its name in messages."""
+        return type(self).__name__
+
+    @property
     def step_ns(self) -> int:
         """The physics step."""
         return self.capabilities.step_ns

@@ -76,7 +76,7 @@ class World(Overview, Simulation):
     def __init__(self, engine: Engine, nominal: Scene | None = None) -> None:
         self._physics_observers: list[PhysicsObserver] = []
         self.engine, self.nominal = engine, nominal or engine.scene
-        Simulation.__init__(self, seed=engine.seed, identity=engine.identity, name=type(engine).__name__)
+        Simulation.__init__(self, seed=engine.seed, identity=engine.identity, name=engine.title)
         self.watchers: list[Watcher] = []
         self._changing = False
         self.paused = False

@@ -169,7 +169,7 @@ def experiment_of(tree: Tree, overrides: Sequence[str] = ()) -> Experiment:
 
 
 def _require_experiment(tree: Tree) -> None:
-    """Refuse the file of a sweep or a search, before all the keys that it lacks are listed.
+    """Refuse a sweep, a search and a misspelt ``extends``, before all the keys that they lack are listed.
 
     Raises:
         InvalidExperimentError: it is one.
@@ -178,6 +178,13 @@ def _require_experiment(tree: Tree) -> None:
         command = "evolve" if "objective" in tree.value else "sweep"
         message = f"this file names an experiment and varies it: use nrp {command}"
         raise InvalidExperimentError([tree.place.finding(Code.NRP201, message)])
+    known = (*Experiment.model_fields, EXTENDS)
+    for name in tree.value.keys() - known if isinstance(tree.value, dict) else ():
+        if f"'{EXTENDS}'" in (hint := did_you_mean(str(name), known)):
+            place = tree.value[name].key_place or tree.place
+            raise InvalidExperimentError(
+                [place.finding(Code.NRP201, f"an experiment has no key '{name}'{hint}")]
+            )
 
 
 def _laid_over(tree: Tree, over: Tree) -> Tree:

@@ -200,6 +200,10 @@ class RecordedEngine(Engine):
         self._playback.until(0)
         super().__init__(scene, capabilities, seed=seed, identity="recorded")
 
+    @property
+    def title(self) -> str:
+        return "the recorded world"
+
     def parts(self, usual: Sequence[Part], model: Model | None) -> Sequence[Part]:
         return [self._with_recorded(part) for part in usual]
 

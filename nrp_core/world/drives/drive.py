@@ -247,7 +247,7 @@ class ActuatorPart(Part):
         what = f"control of the actuator {actuator.name} of {model}"
         self.topics = (TopicInfo(actuator.command_topic, Float64, Direction.IN, what=what),)
         if not self._works:
-            message = f"{type(engine).__name__} does not have the actuator '{actuator.name}' of '{model}'"
+            message = f"{engine.title} does not have the actuator '{actuator.name}' of '{model}'"
             engine.warnings.add(Code.NRP260, message, subject=actuator.name)
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:

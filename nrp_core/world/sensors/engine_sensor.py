@@ -126,7 +126,7 @@ class EngineSensorPart(SensorPart):
             served = self._served(sensor.topic, self._message, f"{' and '.join(kinds)} of {model}")
             self.topics = (replace(served, unit=sensor.unit),)
         else:
-            message = f"{type(engine).__name__} does not have the sensor '{sensor.name}' of '{model}'"
+            message = f"{engine.title} does not have the sensor '{sensor.name}' of '{model}'"
             engine.warnings.add(Code.NRP260, message, subject=sensor.name)
 
     def read(self, topic: str, now_ns: int) -> Any:

@@ -299,6 +299,7 @@ def test_it_says_what_was_recorded(desk: Desk, folder: Path):
             "role": "circuit",
             "positions": None,
             "placed": False,
+            "silent": False,
         }
     ]
     groups = {one["name"]: one["cells"] for one in experiment["groups"]}

@@ -185,3 +185,9 @@ def test_settings_of_an_experiment_are_refused_for_a_file_of_functions(nrp, tmp_
         refused = nrp("inspect", functions, *option)
         assert refused.code == 2
         golden(refused.err)
+
+
+def test_an_experiment_is_listed_with_its_events_and_criteria(nrp):
+    assert "events: left_red, right_red, all_blue" in nrp("inspect", "braitenberg_husky").out
+    data = json.loads(nrp("inspect", "following_head", "--json").out)
+    assert (data["events"], data["criteria"]) == ([], ["keeps_the_ball_in_the_middle"])

@@ -351,6 +351,15 @@ def test_a_base_that_is_not_yaml_is_reported_where_it_is(write: Write) -> None:
     assert only_finding(write("extends: base.yaml", "variant.yaml")).startswith("base.yaml:1:")
 
 
+def test_a_misspelt_extends_is_one_mistake_that_names_it(tmp_path: Path) -> None:
+    path = tmp_path / "variant.yaml"
+    path.write_text("extend: braitenberg_husky\nduration: 1 s\n")
+    with pytest.raises(InvalidExperimentError) as caught:
+        read_yaml(path)
+    (finding,) = caught.value.findings
+    assert (finding.code.name, finding.line, "'extends'" in finding.message) == ("NRP201", 1, True)
+
+
 @pytest.mark.parametrize(("more", "command"), [("", "sweep"), ("objective: {degree.reaches: 1}\n", "evolve")])
 def test_the_file_of_a_sweep_is_one_mistake_that_names_the_command(
     tmp_path: Path, more: str, command: str, golden: Golden

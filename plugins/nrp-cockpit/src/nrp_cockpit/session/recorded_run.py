@@ -14,7 +14,7 @@ from nrp_cockpit.session.reports import shares_data
 from nrp_cockpit.streaming.recorded import SCENE_TYPE
 from nrp_cockpit.streaming.stored import StoredMessages
 from nrp_core.clock import NS_PER_MS, seconds
-from nrp_core.errors import ExperimentError, NrpError
+from nrp_core.errors import ExperimentError, NrpError, TopicError
 from nrp_core.experiment import Experiment, Verdict, recorded_judgement
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.messages.cdr import Codec
@@ -45,8 +45,8 @@ class RecordedRun:
     def __init__(self, recording: Recording, messages: StoredMessages) -> None:
         self._folder, self._end_s = recording.folder, seconds(messages.span_ns[1])
         self._topics = topics = messages.topics
-        self._edits = list(edits_data(messages))
         self.problems: list[Finding] = []
+        self._edits = list(self._edits_data(messages))
         try:
             self._about = recording.run
         except ExperimentError:
@@ -149,6 +149,20 @@ class RecordedRun:
             self.problems.append(Finding(Code.NRP284, message, Level.WARNING))
             return None
 
+    def _edits_data(self, messages: StoredMessages) -> Iterator[dict[str, Any]]:
+        """Yield times and names of recorded changes from outside; their arguments, pickles, stay closed."""
+        codec = Codec({})
+        for t_ns, data in (
+            messages.timed(CALLED, -1, messages.span_ns[1]) if CALLED in messages.topics else ()
+        ):
+            try:
+                name = codec.decode(data, "nrp_msgs/msg/Called").name
+            except TopicError as error:
+                message = f"the change from outside at {seconds(t_ns):g} s is damaged: {error}"
+                self.problems.append(Finding(Code.NRP284, message, Level.WARNING))
+                continue
+            yield {"t_s": seconds(t_ns), "name": _EDITS.get(name, name.replace("_", " "))}
+
     def _populations(self, known: Mapping[str, Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
         driven, read = self._neurons(Role.SOURCE), self._neurons(Role.SINK)
         excluded = (self._settings.get("recording") or {}).get("exclude") or ()
@@ -198,14 +212,6 @@ _EDITS = {
     "activate": "function switched", "reset": "brain reset", "lost": "change from Python",
 }  # fmt: skip
 """The displayed names of calls from outside; calls to the world have their own."""
-
-
-def edits_data(messages: StoredMessages) -> Iterator[dict[str, Any]]:
-    """Yield times and names of recorded changes from outside; their arguments, pickles, stay closed."""
-    codec = Codec({})
-    for t_ns, data in messages.timed(CALLED, -1, messages.span_ns[1]) if CALLED in messages.topics else ():
-        name = codec.decode(data, "nrp_msgs/msg/Called").name
-        yield {"t_s": seconds(t_ns), "name": _EDITS.get(name, name.replace("_", " "))}
 
 
 def _topic_data(topic: RecordedTopic) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from math import ceil
 from pathlib import Path
@@ -13,11 +13,10 @@ from statistics import fmean
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment import tree_of
 from nrp_core.paths import path_of
-from nrp_core.utilities import checks_arguments, join_with_limit, require_extra, work
+from nrp_core.utilities import checks_arguments, join_with_limit, require_extra
 from nrp_lab.sweep.executor import Executor, executor
 from nrp_lab.sweep.model import read_sweep, sweep_of
 from nrp_lab.sweep.plan import Plan, PlannedRun
@@ -36,21 +35,13 @@ class Progress:
         total: number of runs, all or those selected by ``--only``.
         done: number of finished runs, including earlier ones.
         failed: number of these that an error ended.
-        begun_with: number of runs that were finished before.
-        began_ns: start of this process's work, on its monotonic clock.
+        left_s: the expected remaining time, s; None before the first run has ended.
     """
 
     total: int
     done: int
     failed: int
-    begun_with: int = 0
-    began_ns: int = field(default_factory=work.now_ns)
-
-    @property
-    def left_s(self) -> float | None:
-        """The expected remaining time, s; None before the first run has ended."""
-        made = self.done - self.begun_with
-        return seconds(work.now_ns() - self.began_ns) / made * (self.total - self.done) if made else None
+    left_s: float | None = None
 
     def __str__(self) -> str:
         """Return failures and remaining time as text, for a progress bar."""
@@ -171,7 +162,7 @@ class SweepRun:
         """
         tasks = self.pending if tasks is None else tasks
         done = len(self._chosen) - len(self.pending)
-        progress = Progress(len(self._chosen), done, self._failed(), done)
+        progress = Progress(len(self._chosen), done, self._failed(), self.expected_s(executor))
         on_progress(progress)
         try:
             with Journal(self.folder / JOURNAL) as journal:
@@ -180,6 +171,7 @@ class SweepRun:
                     self.records[record.id] = record
                     progress.done += 1
                     progress.failed += record.failed
+                    progress.left_s = self.expected_s(executor)
                     on_progress(progress)
         finally:
             write_tables(self.folder, self.rows, self.units)
