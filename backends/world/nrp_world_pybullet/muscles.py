@@ -23,11 +23,11 @@ from nrp_core.world.engine_kit.muscles import (
     force_velocity_slope,
     passive_force,
 )
-from nrp_world_pybullet.build import Built
+from nrp_core.world.engine_kit.wrapping import WrappingMuscles
+from nrp_world_pybullet.build import BodyHandle, Built
 from nrp_world_pybullet.inertia import rotate
 from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.motion import motions_of
-from nrp_world_pybullet.wrapping import WrappingMuscles
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 MOTION = 13
@@ -273,14 +273,17 @@ class Muscles:
 
         self._wrapping = [self._wrap(model, built) for model in scene.models if model.name in wrapped]
 
-    def _wrap(self, model: Model, built: Built) -> tuple[WrappingMuscles, IntArray, IntArray]:
-        """Return the muscles of a model that wrap, with their numbers and those of the coordinates."""
+    def _wrap(self, model: Model, built: Built) -> tuple[WrappingMuscles, _JointTable, IntArray, IntArray]:
+        """Return the muscles of a model that wrap, their joints, numbers and those of coordinates."""
+        import mujoco
+
         names = [muscle.name for muscle in muscles_of(model) if muscle.wraps]
         numbers = np.array([self._numbers[model.name, name] for name in names], np.int64)
         joints = {name: built.joints[model.name][name] for name in self._coordinates[model.name]}
         columns = np.array([self._columns[model.name, name] for name in joints], np.int64)
         floats = any(body.floats for body, _ in built.bodies[model.name])
-        return WrappingMuscles(model, names, joints, floats, self._client), numbers, columns
+        muscles = WrappingMuscles(mujoco, "PyBullet", model, names, [*joints], floats)
+        return muscles, _JointTable([*joints.values()], self._client), numbers, columns
 
     def __bool__(self) -> bool:
         return bool(self._numbers)
@@ -314,8 +317,8 @@ class Muscles:
         locate(motions, rows, self._points, places)
         measure(places, ends, self._states)
         find_moments(motions, places, rows, ends, self._levers, self._moved, self._moments)
-        for muscles, numbers, columns in self._wrapping:
-            lengths, velocities, moments = muscles.find()
+        for muscles, joints, numbers, columns in self._wrapping:
+            lengths, velocities, moments = muscles.find(*joints.read())
             self._states[LENGTH, numbers], self._states[VELOCITY, numbers] = lengths, velocities
             self._moments[np.ix_(numbers, columns)] = moments
         pull(places, rows, ends, self._parameters, self._states, self._slopes, self._wrenches)
@@ -348,7 +351,7 @@ class Muscles:
     def wrapping_loads(self, columns: IntArray) -> FloatArray | float:
         """Return the efforts at coordinates of those muscles that act on joints, after :meth:`loads`."""
         efforts: FloatArray | float = 0.0
-        for _, numbers, _ in self._wrapping:
+        for _, _, numbers, _ in self._wrapping:
             efforts = efforts - product(
                 self._states[TENSION, numbers], self._moments[np.ix_(numbers, columns)]
             )
@@ -395,6 +398,32 @@ class Muscles:
         """Restore a state from :meth:`save`."""
         self._controls[:], self._states[ACTIVATION] = saved
         self.forget()
+
+
+class _JointTable:
+    """The positions and velocities of joints, read in one call for each multi-body.
+
+    Args:
+        joints: their handles.
+        client: the physics client.
+    """
+
+    def __init__(self, joints: Sequence[BodyHandle], client: int) -> None:
+        self._client, self._trees = client, dict[int, list[int]]()
+        for place in joints:
+            self._trees.setdefault(place.multibody, []).append(place.link)
+        read = [(body, link) for body, links in self._trees.items() for link in links]
+        self._order = np.array([read.index((place.multibody, place.link)) for place in joints], int)
+
+    def read(self) -> FloatArray:
+        """Return positions and velocities, shape ``(2, n)``."""
+        rows = [
+            state[:2]
+            for body, links in self._trees.items()
+            for state in bullet.getJointStates(body, links, self._client)
+        ]
+        found: FloatArray = np.array(rows, float).reshape(-1, 2)[self._order].T
+        return found
 
 
 def _place(

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from nrp_world_drake import DrakeBackend
 
-from nrp_core.errors import CapabilityError
 from nrp_core.messages.std_msgs import Float64, Float64MultiArray
 from nrp_core.world import World, read_scene
 
@@ -100,12 +99,3 @@ def test_a_snapshot_decides_about_the_future_of_muscles(tmp_path: Path) -> None:
     again = world.joint_states("base")
     assert again.positions.tolist() == there.positions.tolist()
     assert again.efforts.tolist() == there.efforts.tolist()
-
-
-def test_a_muscle_around_a_shape_is_refused_by_its_name(tmp_path: Path) -> None:
-    around = '<body name="upper">\n      <geom name="w" type="sphere" size="0.01"/>'
-    text = ARM.replace('<body name="upper">', around).replace(
-        '<site site="c"/></spatial>', '<geom geom="w"/><site site="c"/></spatial>', 1
-    )
-    with pytest.raises(CapabilityError, match="'flex' of 'base'"):
-        opened(tmp_path, text)

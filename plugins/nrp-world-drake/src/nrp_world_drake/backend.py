@@ -21,6 +21,7 @@ class DrakeBackend(PhysicsBackend):
     engine_name = "Drake"
     remedy = "pip install 'nrp-core[drake]' && apt-get install libglib2.0-0 libsm6 libx11-6"
     muscles = True
+    wrapping = True
 
     def capabilities(self, options: WorldOptions) -> WorldCapabilities:
         return replace(super().capabilities(options), ball_control=False)

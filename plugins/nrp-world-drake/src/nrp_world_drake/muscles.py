@@ -1,6 +1,7 @@
-"""Muscles along straight lines, which Drake does not have: forces on coordinates, set before each step.
+"""Muscles, which Drake does not have: forces on coordinates, set before each step.
 
-The moment arms of a path follow from Drake's Jacobians of its points. Drake takes forces at the start of a
+The moment arms of a straight path follow from Drake's Jacobians of its points; those of muscles that wrap
+come from MuJoCo's routines. Drake takes forces at the start of a
 step, so that the force-velocity curve of a strong muscle would be unstable: its slope is added to the dampers
 of the joints, which Drake integrates implicitly.
 """
@@ -22,6 +23,7 @@ from nrp_core.world.engine_kit.muscles import (
     force_velocity_slope,
     passive_force,
 )
+from nrp_core.world.engine_kit.wrapping import WrappingMuscles
 from nrp_world_drake.build import Built, JointPath
 from nrp_world_drake.control import DrakeFirmJoints
 from nrp_world_drake.library import tree
@@ -49,7 +51,12 @@ class Muscles:
         self._muscles = [muscle for _, muscle in owned]
         self._numbers = {(model.name, muscle.name): n for n, (model, muscle) in enumerate(owned)}
         self._groups: dict[tuple[str, tuple[str, ...]], list[int]] = {}
-        places = [_place(built, model, point) for model, muscle in owned for point in muscle.path]
+        straight = [(model, muscle) for model, muscle in owned if not muscle.wraps]
+        self._straight = [n for n, muscle in enumerate(self._muscles) if not muscle.wraps]
+        self._wrapping = [
+            self._wrap(model, built) for model in scene.models if any(m.wraps for m in muscles_of(model))
+        ]
+        places = [_place(built, model, point) for model, muscle in straight for point in muscle.path]
         self._points = np.array([point for _, point in places]).reshape(-1, 3)
         carriers: dict[Any, list[int]] = {}
         for row, (body, _) in enumerate(places):
@@ -58,7 +65,7 @@ class Muscles:
         self._carried = [
             (running.plant.get_body(index).body_frame(), rows) for index, rows in carriers.items()
         ]
-        sizes = np.array([len(muscle.path) for muscle in self._muscles], dtype=int)
+        sizes = np.array([len(muscle.path) for _, muscle in straight], dtype=int)
         lasts = np.cumsum(sizes)
         self._starts = np.setdiff1d(np.arange(len(places)), lasts - 1)  # the first point of each segment
         self._firsts = lasts - sizes - np.arange(len(sizes))  # the first segment of each muscle
@@ -70,6 +77,20 @@ class Muscles:
         self._moments = np.zeros((len(owned), running.plant.num_velocities()))
         self._seen: FloatArray | None = None
         self._exerted: FloatArray | None = None
+
+    def _wrap(self, model: Model, built: Built) -> tuple[WrappingMuscles, list[int], list[int], list[int]]:
+        """Return the muscles of a model that wrap, their numbers, and the joints' places in the state."""
+        import mujoco
+
+        names = [muscle.name for muscle in muscles_of(model) if muscle.wraps]
+        joints = built.joints[model.name]
+        floats = any(body.floats for body, _ in built.bodies[model.name])
+        return (
+            WrappingMuscles(mujoco, "Drake", model, names, [*joints], floats),
+            [self._numbers[model.name, name] for name in names],
+            [handle.position for handle in joints.values()],
+            [handle.velocity for handle in joints.values()],
+        )
 
     def __bool__(self) -> bool:
         return bool(self._muscles)
@@ -120,6 +141,17 @@ class Muscles:
     def _measure(self) -> None:
         """Compute lengths, velocities, and the derivatives of the lengths by the coordinates."""
         running = self._running
+        if self._straight:
+            self._measure_straight()
+        for muscles, numbers, positions, speeds in self._wrapping:
+            rates = running.state[running.velocities_start :][speeds]
+            self._states[LENGTH, numbers], _, moments = muscles.find(running.state[positions], rates)
+            self._moments[np.ix_(numbers, speeds)] = moments
+        self._states[VELOCITY] = self._moments @ running.state[running.velocities_start :]
+
+    def _measure_straight(self) -> None:
+        """Compute lengths and derivatives of the muscles along straight lines."""
+        running = self._running
         plant, context = running.plant, running.context
         world, by_speed = plant.world_frame(), tree.JacobianWrtVariable.kV
         for frame, rows in self._carried:
@@ -132,9 +164,8 @@ class Muscles:
         directions = arrows / np.where(lengths > 0, lengths, 1.0)[:, None]
         closing = self._jacobians[self._starts + 1] - self._jacobians[self._starts]
         rates = np.einsum("si,siv->sv", directions, closing)
-        self._moments = np.add.reduceat(rates, self._firsts, axis=0)
-        self._states[LENGTH] = np.add.reduceat(lengths, self._firsts)
-        self._states[VELOCITY] = self._moments @ running.state[running.velocities_start :]
+        self._moments[self._straight] = np.add.reduceat(rates, self._firsts, axis=0)
+        self._states[LENGTH, self._straight] = np.add.reduceat(lengths, self._firsts)
 
     # -- commands and states
 

@@ -1,12 +1,13 @@
 """Muscles that wrap around shapes: MuJoCo computes their lengths and moments on a copy of their file.
 
 Only the routines for positions are used (``mj_kinematics``, ``mj_comPos``, ``mj_tendon`` and
-``mj_transmission``); PyBullet moves the bodies.
+``mj_transmission``); another engine moves the bodies. The engine passes on the module ``mujoco``, so that
+the core does not need it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,19 +17,18 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core._support.small_matrices import product
 from nrp_core.errors import CapabilityError
 from nrp_core.scene.model import Model
-from nrp_world_pybullet.build import BodyHandle
-from nrp_world_pybullet.library import bullet
 
 
 class WrappingMuscles:
     """The lengths, velocities and moments of the muscles of a model that wrap.
 
     Args:
+        mujoco: the module.
+        engine: the name of the engine that moves the bodies, for messages.
         model: the model, of an MJCF file.
         muscles: the names of the muscles.
-        joints: the coordinates that they can move, by name, with their handles.
+        joints: the names of the coordinates that they can move.
         floats: whether the base of the model floats freely.
-        client: the physics client.
 
     Raises:
         CapabilityError: a muscle connects a free base to the world, or its file has other parts.
@@ -36,30 +36,29 @@ class WrappingMuscles:
 
     def __init__(
         self,
+        mujoco: Any,
+        engine: str,
         model: Model,
         muscles: Sequence[str],
-        joints: Mapping[str, BodyHandle],
+        joints: Sequence[str],
         floats: bool,
-        client: int,
     ) -> None:
-        import mujoco
-
-        self._engine, self._client = mujoco, client
+        self._mujoco = mujoco
         file = model.source.file if model.source is not None else Path()
         try:
-            m = self._m = _compile(file, model.native)
+            m = self._m = _compile(mujoco, file, model.native)
         except ValueError as error:
             why = f"MuJoCo cannot read its file: {' '.join(str(error).split())}"
-            raise CapabilityError(_refusal(model, muscles[0], why)) from None
+            raise CapabilityError(_refusal(engine, model, muscles[0], why)) from None
         self._data = mujoco.MjData(m)
         known = {m.actuator(n).name or f"actuator_{n}": n for n in range(m.nu)}
-        singles = dict(_singles(m))
+        singles = dict(_singles(mujoco, m))
         for name in muscles:
-            for why in _obstacles(m, known.get(name), floats):
-                raise CapabilityError(_refusal(model, name, why))
+            for why in _obstacles(mujoco, m, known.get(name), floats):
+                raise CapabilityError(_refusal(engine, model, name, why))
         if missing := [name for name in joints if name not in singles]:
             raise CapabilityError(
-                _refusal(model, muscles[0], f"its file has no hinge or slide '{missing[0]}'")
+                _refusal(engine, model, muscles[0], f"its file has no hinge or slide '{missing[0]}'")
             )
         numbers = [singles[name] for name in joints]
         self._coordinates, self._rates = m.jnt_qposadr[numbers], m.jnt_dofadr[numbers]
@@ -67,22 +66,17 @@ class WrappingMuscles:
         self._outputs = m.actuator_outadr[[known[name] for name in muscles]]
         self._gears = m.actuator_gear[self._outputs, 0].copy()
         self._dense = np.zeros((m.nu, m.nv))
-        self._trees: dict[int, list[int]] = {}
-        for place in joints.values():
-            self._trees.setdefault(place.multibody, []).append(place.link)
-        order = [(place.multibody, place.link) for place in joints.values()]
-        read = [(body, link) for body, links in self._trees.items() for link in links]
-        self._order = np.array([read.index(each) for each in order], int)
 
-    def find(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return lengths and velocities, shape ``(n,)``, and moments by the coordinates, shape ``(n, c)``."""
-        engine, m, data = self._engine, self._m, self._data
-        rows = [
-            state[:2]
-            for body, links in self._trees.items()
-            for state in bullet.getJointStates(body, links, self._client)
-        ]
-        positions, velocities = np.array(rows, float).reshape(-1, 2)[self._order].T
+    def find(
+        self, positions: FloatArray, velocities: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return lengths and velocities, shape ``(n,)``, and moments by the coordinates, shape ``(n, c)``.
+
+        Args:
+            positions: of the joints, shape ``(c,)``.
+            velocities: of the joints, shape ``(c,)``.
+        """
+        engine, m, data = self._mujoco, self._m, self._data
         data.qpos[self._coordinates] = self._zeros + positions
         for routine in (engine.mj_kinematics, engine.mj_comPos, engine.mj_tendon, engine.mj_transmission):
             routine(m, data)
@@ -97,10 +91,8 @@ _compiled: dict[int, tuple[object, Any]] = {}
 _MOST = 8
 
 
-def _compile(file: Path, reading: object) -> Any:
+def _compile(mujoco: Any, file: Path, reading: object) -> Any:
     """Return the compiled model of a file, once per reading of its scene: MuJoCo does not list includes."""
-    import mujoco
-
     if id(reading) not in _compiled:
         compiled = mujoco.MjModel.from_xml_path(str(file))
         for oldest in list(_compiled)[: 1 - _MOST]:
@@ -109,10 +101,8 @@ def _compile(file: Path, reading: object) -> Any:
     return _compiled[id(reading)][1]
 
 
-def _singles(m: Any) -> Iterator[tuple[str, int]]:
+def _singles(mujoco: Any, m: Any) -> Iterator[tuple[str, int]]:
     """Yield the joints of one degree of freedom by their names in the scene."""
-    import mujoco
-
     bodies = {"ground", *(m.body(n).name or f"body_{n}" for n in range(1, m.nbody))}
     for n in range(m.njnt):
         if m.jnt_type[n] in (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)):
@@ -120,10 +110,8 @@ def _singles(m: Any) -> Iterator[tuple[str, int]]:
             yield f"{name}_joint" if name in bodies else name, n
 
 
-def _obstacles(m: Any, number: int | None, floats: bool) -> Iterator[str]:
+def _obstacles(mujoco: Any, m: Any, number: int | None, floats: bool) -> Iterator[str]:
     """Yield why a muscle cannot be simulated here."""
-    import mujoco
-
     if number is None:
         yield "its file has no such actuator"
         return
@@ -136,5 +124,5 @@ def _obstacles(m: Any, number: int | None, floats: bool) -> Iterator[str]:
             yield "it connects a free base to the world"
 
 
-def _refusal(model: Model, muscle: str, why: str) -> str:
-    return f"PyBullet cannot simulate the muscle '{muscle}' of '{model.name}': {why}"
+def _refusal(engine: str, model: Model, muscle: str, why: str) -> str:
+    return f"{engine} cannot simulate the muscle '{muscle}' of '{model.name}': {why}"
