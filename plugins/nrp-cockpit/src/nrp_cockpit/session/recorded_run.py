@@ -151,7 +151,7 @@ class RecordedRun:
 
     def _edits_data(self, messages: StoredMessages) -> Iterator[dict[str, Any]]:
         """Yield times and names of recorded changes from outside; their arguments, pickles, stay closed."""
-        codec = Codec({})
+        codec = Codec()
         for t_ns, data in (
             messages.timed(CALLED, -1, messages.span_ns[1]) if CALLED in messages.topics else ()
         ):
