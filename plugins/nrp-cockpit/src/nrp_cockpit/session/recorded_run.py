@@ -151,12 +151,13 @@ class RecordedRun:
 
     def _edits_data(self, messages: StoredMessages) -> Iterator[dict[str, Any]]:
         """Yield times and names of recorded changes from outside; their arguments, pickles, stay closed."""
-        codec = Codec()
-        for t_ns, data in (
-            messages.timed(CALLED, -1, messages.span_ns[1]) if CALLED in messages.topics else ()
-        ):
+        topic = messages.topics.get(CALLED)
+        if topic is None:
+            return
+        codec = Codec({topic.type_name: topic.definition})
+        for t_ns, data in messages.timed(CALLED, -1, messages.span_ns[1]):
             try:
-                name = codec.decode(data, "nrp_msgs/msg/Called").name
+                name = codec.decode(data, topic.type_name).name
             except TopicError as error:
                 message = f"the change from outside at {seconds(t_ns):g} s is damaged: {error}"
                 self.problems.append(Finding(Code.NRP284, message, Level.WARNING))
