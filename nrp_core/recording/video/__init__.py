@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from importlib.util import find_spec
 from math import inf
 from pathlib import Path
 
@@ -73,9 +74,11 @@ def check_target(path: Path, *, overwrite: bool = False) -> None:
     """Refuse a file that cannot be a video.
 
     Raises:
-        ExperimentError: the suffix is not one of :data:`SUFFIXES`, the folder does not exist, or the file
-            exists and is not to be replaced.
+        ExperimentError: the suffix is not one of :data:`SUFFIXES`, the folder does not exist, the file
+            exists and is not to be replaced, or PyAV is not installed.
     """
+    if find_spec("av") is None:
+        raise ExperimentError("a video needs PyAV: pip install 'nrp-core[video]'")
     if path.suffix.lower() not in SUFFIXES:
         hint = did_you_mean(path.suffix, SUFFIXES)
         raise ExperimentError(f"a video is a .mp4 or .webm file, not '{path.name}'{hint}")
@@ -92,7 +95,7 @@ def video(
     *,
     overwrite: bool = False,
 ) -> int:
-    """Write a video of a recording, in VP9, or VP8 for .webm; return the number of its images.
+    """Write a video of a recording, in H.264, or VP8 for .webm; return the number of its images.
 
     Raises:
         ExperimentError: the suffix is not supported, the folder does not exist, the file exists and
