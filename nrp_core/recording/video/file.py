@@ -1,4 +1,4 @@
-"""Video files: H.264 in MP4, which browsers, QuickTime and PowerPoint play, and VP8 in WebM."""
+"""Video files: H.264 in MP4, and VP8 in WebM."""
 
 from __future__ import annotations
 
@@ -49,11 +49,8 @@ _CONTAINERS: Final = {
     "mp4": {"movflags": "faststart", "fflags": "bitexact"},  # players begin before they have the whole file
     "webm": {"fflags": "bitexact"},  # else it has a random number
 }
-_BT709, _SRGB, _BT601 = (
-    1,
-    13,
-    6,
-)  # ITU-T H.273: sRGB's primaries and transfer, and OpenCV's matrix for every size
+_BT709, _SRGB, _BT601 = 1, 13, 6
+"""Codes of ITU-T H.273: the primaries and the transfer of sRGB, and the matrix of the encoded images."""
 
 
 def write_video(

@@ -26,7 +26,7 @@ from nrp_core.recording.folder.recording_folder import lights_data
 from nrp_core.recording.layout import Images, Role
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.video import Renderer, VideoOptions, ViewKind, check_target, video
-from nrp_core.recording.video.file import times_of
+from nrp_core.recording.video.file import times_of, write_video
 from nrp_core.recording.video.views import (
     FIELD_OF_VIEW,
     Follower,
@@ -79,6 +79,26 @@ def test_a_video_has_the_size_the_length_and_the_codec_that_browsers_play(
     codec = int(capture.get(cv2.CAP_PROP_FOURCC)).to_bytes(4, "little").lower()
     assert codec in ((b"vp80", b"vp08") if suffix == ".webm" else (b"h264", b"avc1"))
     assert frames(path)[0].shape == (120, 160, 3)
+
+
+@pytest.mark.one_of(2)
+@pytest.mark.parametrize("suffix", [".mp4", ".webm"])
+def test_equal_images_of_odd_sides_are_equal_files(tmp_path: Path, suffix: str) -> None:
+    images = [np.full((31, 47, 3), (8 * i, 200, 40), np.uint8) for i in range(12)]
+    first, second = (tmp_path / f"{name}{suffix}" for name in ("first", "second"))
+    for path in (first, second):
+        assert write_video(path, iter(images), 25.0, len(images), None) == 12 == len(frames(path))
+    assert first.read_bytes() == second.read_bytes()
+    drawn, read = np.stack(images)[..., ::-1].astype(int), np.stack(frames(first)).astype(int)
+    assert np.abs(read[:, :31, :47] - drawn).max() < 12
+
+
+def test_a_video_without_its_library_names_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "av", None)
+    with pytest.raises(ExperimentError, match=r"nrp-core\[video\]"):
+        check_target(tmp_path / "run.mp4")
 
 
 def test_a_visual_that_turns_green_is_green_in_the_video(recording: Recording) -> None:
