@@ -190,7 +190,7 @@ class Registry(Generic[T]):
         from nrp_core._support.driver import NoMatches
 
         try:
-            return _plugin(self.group, provider)
+            return _plugin(self.group, id(provider), provider)
         except NoMatches as error:
             raise BackendLoadError(f"{self.kind} '{provider.name}' of {provider} vanished") from error
         except Exception as error:
@@ -225,8 +225,11 @@ def _providers(group: str, _state: State) -> tuple[Provider, ...]:
 
 
 @lru_cache(maxsize=256)
-def _plugin(group: str, provider: Provider) -> object:
-    """Return an imported plugin, cached: a look-up takes 1 ms, and each new world makes several."""
+def _plugin(group: str, _identity: int, provider: Provider) -> object:
+    """Return an imported plugin, cached: a look-up takes 1 ms, and each new world makes several.
+
+    After an installation, :func:`_providers` returns other objects, whose plugins are looked up again.
+    """
     from nrp_core._support.driver import Driver
 
     return Driver(group, provider.name).driver

@@ -150,6 +150,8 @@ def test_no_trap_is_sprung_by_confined_commands_on_a_system_without_landlock(
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     lines = [["validate", "experiment.yaml"], ["validate", "old.exc"], ["map", *TARGETS["map"][0]]]
     assert spring(folder, lines) == [(0, []), (0, []), (3, [])]
+    with (folder / "brain.py").open("a") as brain:
+        brain.write("\n# changed, so that the network which the run has built is not used again\n")
     ((_, trusted),) = spring(folder, [["validate", "experiment.yaml", "--trust"]])
     assert {"brain", "functions"} <= set(trusted), "the traps work"
 

@@ -276,6 +276,12 @@ def read_world(world: Element, source: SdfFile, reading: Reading) -> Scene:
     return Scene(shaped, tuple(lights), _gravity(world), (), _step_s(world), earth, ties, drives=drives)
 
 
+_OF_MODELS: Final = (
+    "allow_auto_disable", "enable_wind", "frame", "gripper", "joint", "plugin", "pose", "self_collide",
+)  # fmt: skip
+"""The elements of a <model> beside links and models, which do nothing without these."""
+
+
 def _models(
     world: Element, placed: Iterable[Placed], version: tuple[int, int], reading: Reading
 ) -> tuple[list[Model], tuple[Tie, ...]]:
@@ -287,10 +293,12 @@ def _models(
     read: list[tuple[Placed, SdfParts, Reading]] = []
     for model in placed:
         if world.tag == "world" and not model.element.all("link", "model", "include"):
-            if not model.static:  # libsdformat accepts static models without links, and nothing is lost
+            if model.static:  # libsdformat accepts it, and nothing is lost if no element is misspelt
+                model.element.pass_over(*_OF_MODELS)
+            else:
                 message = f"the model '{model.name}' has no <link>: left out"
                 reading.notes.warn(model.user, Code.NRP260, message, subject=model.name)
-            model.element.passed_over = True
+                model.element.passed_over = True
             continue
         if reading.lenient and (gone := _missing(model.element, reading)):
             message = f"there is no '{gone}', of which the model '{model.name}' consists: left out"

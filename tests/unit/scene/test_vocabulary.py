@@ -98,6 +98,14 @@ def test_a_pose_that_another_replaces_is_not_reported(tmp_path: Path) -> None:
     assert read_scene(room).warnings == ()
 
 
+def test_a_static_model_without_links_has_no_misspelt_ones(tmp_path: Path) -> None:
+    path = tmp_path / "room.sdf"
+    usual = "<pose>1 0 0 0 0 0</pose><self_collide>0</self_collide><plugin name='p' filename='p'/>"
+    for inner, number in (("", 0), ("<lnik/>", 1)):
+        path.write_text(_WORLD.format("<model name='n'><static>1</static>" + usual + inner + "</model>", ""))
+        assert len([one for one in _said(path) if "<link>?" in one]) == number
+
+
 _WORLD = '<sdf version="1.9"><world name="w">{}<model name="m"><static>1</static>{}</model></world></sdf>'
 _BOX = "<geometry><box><size>1 1 1</size></box></geometry>"
 _LINK = f'<link name="l"><collision name="c">{_BOX}{{}}</collision></link>'
