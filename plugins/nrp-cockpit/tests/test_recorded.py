@@ -34,7 +34,7 @@ from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.messages.cdr import Codec
 from nrp_core.recording.folder.recording_folder import RecordingFolder
-from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, RUNNING, SCENE
+from nrp_core.recording.layout import CALLED, MCAP_NAME, RUN_NAME, RUNNING, SCENE
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.sealing import read_sealed, seal
 
@@ -472,3 +472,25 @@ def test_a_folder_with_a_description_of_a_run_is_a_recording(folder: Path, tmp_p
     assert kind_of(str(folder)) is Kind.RECORDING
     assert kind_of(str(tmp_path)) is None
     assert kind_of("braitenberg_husky") is None
+
+
+def test_a_damaged_change_from_outside_is_a_finding_and_the_others_are_listed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    with Run(load_experiment("braitenberg_husky", ["duration=60 ms"])) as run:
+        recording = RecordingFolder(run, tmp_path / "moved")
+        for x in (1.0, 2.0):
+            run.run_until(x / 50)
+            run.world.set_gravity((0.0, 0.0, -x))
+        run.run_until(0.06)
+        recording.close("finished")
+    timed = StoredMessages.timed
+
+    def damaged(self: StoredMessages, topic: str, *span_ns: int) -> list[tuple[int, bytes]]:
+        found = list(timed(self, topic, *span_ns))
+        return [(found[0][0], bytes(found[0][1])[:10]), *found[1:]] if topic == CALLED else found
+
+    monkeypatch.setattr(StoredMessages, "timed", damaged)
+    with opened(tmp_path / "moved") as desk:
+        desk.wait_for(lambda: any(one["code"] == "NRP284" for one in desk.said("findings")))
+        assert [edit["t_s"] for edit in desk.said("timeline")["edits"]] == [0.04]
