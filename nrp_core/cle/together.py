@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 from nrp_core._support.stopwatch import work
 from nrp_core._support.time_limit import TimeLimitExceeded
 from nrp_core.brain.together import BrainBatch as BrainBatch
-from nrp_core.cle.loop import ClosedLoop
+from nrp_core.cle.loop import ClosedLoop, Failure
 from nrp_core.dsl.calls import Call
 from nrp_core.dsl.functions import TransferFunction, call_for_copies
 from nrp_core.errors import LifecycleError, SimulationError
@@ -26,7 +26,10 @@ class _End:
         number: the number of the loop.
         changing: the functions whose changes wait until all functions have run.
         is_over: whether no further function runs.
+        ended: the function of which a call failed last: its further calls are not made.
     """
+
+    ended: TransferFunction | None = None
 
     def __init__(self, number: int, loop: ClosedLoop) -> None:
         loop.steps += 1
@@ -74,16 +77,19 @@ class EndsOfSteps:
             lost = release_together([end.loop.world for end in ends])
         failed |= {ends[place].number: error for place, error in lost.items()}
         ends = [end for end in ends if end.number not in failed]
-        failures = [
-            end.loop.deliver_changes(end.changing, end.n_failures)
-            if end.changing or len(end.loop.failures) > end.n_failures
-            else None
-            for end in ends
-        ]
-        self._observe([end.loop for end in ends])
-        for end, failure in zip(ends, failures, strict=True):
+        failures: dict[int, Failure | None] = {}
+        for end in ends:
+            has_more = end.changing or len(end.loop.failures) > end.n_failures
             try:
-                end.loop.complete_step(failure)
+                changed = end.loop.deliver_changes(end.changing, end.n_failures) if has_more else None
+                failures[end.number] = changed
+            except Exception as error:  # noqa: BLE001 - the caller decides about each loop
+                failed[end.number] = error
+        ends = [end for end in ends if end.number not in failed]
+        self._observe([end.loop for end in ends])
+        for end in ends:
+            try:
+                end.loop.complete_step(failures[end.number])
             except Exception as error:  # noqa: BLE001 - the caller decides about each loop
                 failed[end.number] = error
 
@@ -118,8 +124,13 @@ class EndsOfSteps:
             try:
                 if (call := next(calls, None)) is None:
                     continue
+            except Exception as error:  # noqa: BLE001 - the caller decides about each loop
+                failed[end.number] = error
+                continue
+            try:
                 prepared = function.prepare(end.now_ns, end.t, call)
-            except (Exception, SystemExit) as error:  # noqa: BLE001 - as an error of the call
+            except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever users write may raise anything
+                end.loop.account.function_calls[function.name] += 1
                 _note(end, function, error, failed)
                 continue
             kind = end.loop.time_limit, self._kind(function)
@@ -127,7 +138,11 @@ class EndsOfSteps:
             going.append(one)
         for batch in batches.values():
             _call(batch, failed)
-        return [one for one in going if not one[0].is_over and one[0].number not in failed]
+        return [
+            (end, function, calls)
+            for end, function, calls in going
+            if not end.is_over and end.ended is not function and end.number not in failed
+        ]
 
     def _kind(self, function: TransferFunction) -> int:
         """Return a number that is equal for functions which one call can run; one copy may have others."""
@@ -177,5 +192,6 @@ def _note(end: _End, function: TransferFunction, error: BaseException, failed: F
     if isinstance(error, (SimulationError, LifecycleError)):
         failed[end.number] = error
     else:
+        end.ended = function
         end.loop.note_failure(function, error)
         end.stop_after(function)

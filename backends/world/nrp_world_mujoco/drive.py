@@ -70,10 +70,8 @@ def set_velocities(drives: Sequence[Drive], velocities: Sequence[BodyVelocity]) 
         for drive, velocity in zip(drives, velocities, strict=True)
         if drive.command != velocity
     ]
-    servo, step_s = drives[0].servo, drives[0].step_s
-    if any(
-        drive.servo is not servo or drive.step_s != step_s or drive.command is None for drive, _ in changing
-    ):
+    servo, step_s = drives[0].servo, drives[0].step_s  # of one engine and its copies, if they share a servo
+    if any(drive.servo is not servo or drive.command is None for drive, _ in changing):
         for drive, velocity in changing:
             drive.set_velocity(velocity)
         return

@@ -15,6 +15,7 @@ from nrp_core.cle import ClosedLoop
 from nrp_core.clock import NS_PER_MS
 from nrp_core.dsl.copies import gathered, rows_of
 from nrp_core.dsl.testing import MockBrain, MockWorld
+from nrp_core.errors import SimulationError
 from nrp_core.experiment import Run, load_experiment
 from nrp_core.messages.geometry_msgs import Twist, Vector3, WrenchStamped
 from nrp_core.messages.std_msgs import Float64, Header
@@ -233,3 +234,49 @@ def out(t):
         heard = [run.world.subscribe("/out") for run in runs]
         assert opened.enter_context(SideBySide()).step([run.loop for run in runs]) == {}
         assert [topic.latest.message.data for topic in heard] == [1.0, 2.0, 3.0]
+
+
+def test_further_calls_are_not_made_after_one_that_fails_in_quarantine():
+    def make():
+        @nrp.MapRobotSubscriber("x", nrp.Topic("/in", Float64))
+        @nrp.Neuron2Robot(nrp.Topic("/also", Float64), triggers=["x"], calls="each", vectorized=True)
+        def negative_fails(t, x):
+            if np.any(np.asarray(x.value.data) < 0):
+                raise ValueError
+            return Float64(x.value.data)
+
+        copy = Copy(negative_fails, on_error="quarantine")
+        for value in (-1.0, 2.0, 3.0):
+            copy.loop.publish("/in", Float64(value))
+        return copy
+
+    alone, beside = make(), [make(), make()]
+    alone.loop.step()
+    with SideBySide() as together:
+        assert together.step([copy.loop for copy in beside]) == {}
+    for copy in beside:
+        assert len(copy.loop.failures) == len(alone.loop.failures) == 1
+        assert copy.published == alone.published
+        assert copy.loop.account.function_calls == alone.loop.account.function_calls
+
+
+def test_an_engine_that_fails_at_the_end_of_a_step_ends_its_own_run_alone():
+    def make():
+        @nrp.Neuron2Robot(nrp.Topic("/also", Float64), vectorized=True)
+        def tells_the_time(t):
+            return Float64(t)
+
+        return Copy(tells_the_time)
+
+    copies = [make() for _ in range(3)]
+
+    class Failing:
+        def deliver(self):
+            raise SimulationError("the weights do not change", t_ns=0)
+
+    copies[1].loop.functions[0].deferring["weights"] = Failing()
+    with SideBySide() as together:
+        failed = together.step([copy.loop for copy in copies])
+    assert [*failed] == [1]
+    assert isinstance(failed[1], SimulationError)
+    assert [copy.loop.is_stepping for copy in copies] == [False] * 3
