@@ -28,7 +28,7 @@ def summary(
         result: the result of the run.
         recording: the folder of its recording, if any.
         figures: the files of its figure.
-        fixed: the robots with a fixed base, whose final pose is no news.
+        fixed: the robots with a fixed base, which end where they began.
         details: whether to write each problem, not only their number.
     """
     name = typer.style(result.experiment, bold=True)

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from math import ceil
 from pathlib import Path
-from statistics import fmean
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
@@ -67,6 +66,31 @@ class Choice:
     only: tuple[str, ...] = ()
     retry_failed: bool = False
     recorded: bool = False
+
+
+class _Times:
+    """The times that runs took, s, as far as their mean needs them."""
+
+    def __init__(self, times_s: Iterable[float]) -> None:
+        self._count, self._sum_s, self._longest_s = 0, 0.0, 0.0
+        for time_s in times_s:
+            self.add(time_s)
+
+    def add(self, time_s: float) -> None:
+        """Add the time of a run; 0: unknown."""
+        if time_s:
+            self._count += 1
+            self._sum_s += time_s
+            self._longest_s = max(self._longest_s, time_s)
+
+    def expected_s(self, runs: int, executor: Executor) -> float | None:
+        """Return the expected time of further runs, s, or None before the first one."""
+        if not self._count:
+            return None
+        sum_s, count = self._sum_s, self._count
+        if count > 1:  # the longest may have compiled code
+            sum_s, count = sum_s - self._longest_s, count - 1
+        return sum_s / count * ceil(runs / executor.size)
 
 
 class SweepRun:
@@ -138,11 +162,8 @@ class SweepRun:
 
     def expected_s(self, executor: Executor) -> float | None:
         """Return the expected time of the pending runs, s, from the finished ones, or None."""
-        known = sorted(record.elapsed_s for record in self.records.values() if record.elapsed_s)
-        if not known:
-            return None
-        ordinary = known[:-1] or known  # one of them may have compiled code
-        return fmean(ordinary) * ceil(len(self.pending) / executor.size)
+        times = _Times(record.elapsed_s for record in self.records.values())
+        return times.expected_s(len(self.pending), executor)
 
     def run(
         self,
@@ -162,7 +183,9 @@ class SweepRun:
         """
         tasks = self.pending if tasks is None else tasks
         done = len(self._chosen) - len(self.pending)
-        progress = Progress(len(self._chosen), done, self._failed(), self.expected_s(executor))
+        times = _Times(record.elapsed_s for record in self.records.values())
+        left_s = times.expected_s(len(self.pending), executor)
+        progress = Progress(len(self._chosen), done, self._failed(), left_s)
         on_progress(progress)
         try:
             with Journal(self.folder / JOURNAL) as journal:
@@ -171,7 +194,8 @@ class SweepRun:
                     self.records[record.id] = record
                     progress.done += 1
                     progress.failed += record.failed
-                    progress.left_s = self.expected_s(executor)
+                    times.add(record.elapsed_s)
+                    progress.left_s = times.expected_s(progress.total - progress.done, executor)
                     on_progress(progress)
         finally:
             write_tables(self.folder, self.rows, self.units)
