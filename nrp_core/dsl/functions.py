@@ -294,14 +294,8 @@ class TransferFunction:
             return ()
         if self._called_by:
             return self._calls_for_messages(t_ns, t)
-        # without _is_triggered(): a step counts its calls
-        if not self._runs_each_step:
-            for one in self._triggering:
-                if one.has_news():
-                    break
-            else:
-                return ()
-        return ONCE if self.throttle.admits(t_ns, t) else ()
+        is_due = (self._runs_each_step or self._is_triggered()) and self.throttle.admits(t_ns, t)
+        return ONCE if is_due else ()
 
     def _calls_for_messages(self, t_ns: int, t: float | None) -> Iterator[Call]:
         yield from calls_for_messages(self._called_by, self.throttle.admits)
