@@ -597,12 +597,6 @@ class Scene(Overview):
         return digest_of(self)
 
 
-def scoped_name(name: str) -> tuple[str | None, str]:
-    """Return the model and the part that ``model::part`` names; None for the model of a part alone."""
-    model, found, part = name.replace("/", "::").rpartition("::")
-    return model if found else None, part
-
-
 def _find_named(parts: Iterable[Named], name: str, lacking: str) -> Named:
     """Return a part by name.
 

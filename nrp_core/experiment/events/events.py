@@ -9,7 +9,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from nrp_core.errors import SceneError, TopicError, did_you_mean
+from nrp_core.errors import TopicError, did_you_mean
 from nrp_core.experiment.events.lanes import ALONE, NEVER, Lane, LaneKind
 from nrp_core.experiment.events.sentences import near_sentence, observed_sentence, topic_sentence
 from nrp_core.experiment.model.event_schema import Event, Publish, When
@@ -19,7 +19,8 @@ from nrp_core.messages.std_msgs import ColorRGBA
 from nrp_core.observables.condition import Sentence
 from nrp_core.observables.observable import Surroundings
 from nrp_core.scene.materials import color_of
-from nrp_core.scene.model import Scene, scoped_name
+from nrp_core.scene.model import Scene
+from nrp_core.scene.scoped_names import find_joint, find_link, split_name
 from nrp_core.world.topics import TopicInfo, check_message
 from nrp_core.world.world import World
 
@@ -226,17 +227,10 @@ def action_of(publish: Publish, world: World, place: Place | None = None) -> Act
 
 def _require_parts(request: Any, scene: Scene) -> None:
     """Require the links and joints that a request names as ``model::link`` of models that exist already."""
-    models = {model.name: model for model in scene.models}
     for field in ("body_name", "link_name", "joint_name"):
-        name, part = scoped_name(str(getattr(request, field, "")))
-        if name not in models:
-            continue
-        if field != "joint_name":
-            models[name].link(part)
-            continue
-        known = [coordinate for joint in models[name].joints for coordinate in joint.coordinates]
-        if part not in known:
-            raise SceneError(f"model '{name}' has no joint '{part}'{did_you_mean(part, known)}")
+        name = str(getattr(request, field, ""))
+        if split_name(scene.models, name)[0] is not None:
+            (find_joint if field == "joint_name" else find_link)(scene.models, name)
 
 
 class Events:

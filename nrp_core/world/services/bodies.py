@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.errors import SceneError
 from nrp_core.messages import gazebo_srvs as srv
 from nrp_core.messages.base import Time, ns_of
 from nrp_core.messages.gazebo_msgs import LinkState
 from nrp_core.messages.std_msgs import Header
-from nrp_core.scene.model import Model, scoped_name
+from nrp_core.scene.model import Model
 from nrp_core.scene.rigid import ModelMotion, Pose, Wrench
+from nrp_core.scene.scoped_names import find_joint, find_link
 from nrp_core.world.forces import Push
 from nrp_core.world.model_states import pose_of, relative_motion, state_messages, vector_of, world_motion
 from nrp_core.world.service import PREFIX, Service
@@ -98,7 +99,8 @@ class BodyRequests:
         names, positions = request.joint_names, request.joint_positions
         if len(names) != len(positions):
             raise SceneError(f"{len(names)} joints need {len(names)} positions, not {len(positions)}")
-        joints = [self._joint(f"{request.model_name}::{name}")[1] for name in names]
+        models = [self._world.scene.model(request.model_name)]
+        joints = [find_joint(models, name)[1] for name in names]
         self._world.set_joints(request.model_name, dict(zip(joints, map(float, positions), strict=True)))
         return srv.SetModelConfigurationResponse()
 
@@ -139,31 +141,11 @@ class BodyRequests:
     # -- names
 
     def _link(self, name: str) -> tuple[Model, str]:
-        """Return the model and link of ``model::link``; for a name alone, the only model that has it."""
-        model_name, link = scoped_name(name)
-        if model_name is not None:
-            model = self._world.scene.model(model_name)
-            return model, model.link(link).name
-        owners = [model for model, each in self._world.scene.links() if each.name == name]
-        if len(owners) != 1:
-            known = [f"{model.name}::{each.name}" for model, each in self._world.scene.links()]
-            many = "more than one model has" if owners else "no model has"
-            raise SceneError(f"{many} a link '{name}'; name it model::link{did_you_mean(name, known)}")
-        return owners[0], name
+        return find_link(self._world.scene.models, name)
 
     def _joint(self, name: str) -> tuple[str, str]:
-        """Return the model and joint of ``model::joint``; for a name alone, the only model that has it."""
-        model_name, joint = scoped_name(name)
-        models = (
-            list(self._world.scene.models) if model_name is None else [self._world.scene.model(model_name)]
-        )
-        owners = [m.name for m in models if any(joint in j.coordinates for j in m.joints)]
-        if len(owners) != 1:
-            known = [name for m in models for j in m.joints for name in j.coordinates]
-            many = "more than one model has" if owners else "no model has"
-            where = many if model_name is None else f"'{model_name}' has no"
-            raise SceneError(f"{where} joint '{joint}'{did_you_mean(joint, known)}")
-        return owners[0], joint
+        model, joint = find_joint(self._world.scene.models, name)
+        return model.name, joint
 
     # -- motions
 

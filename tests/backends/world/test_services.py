@@ -17,6 +17,7 @@ from nrp_core.messages.std_msgs import ColorRGBA
 from nrp_core.scene.model import Box, Light, Scene, Sphere
 from nrp_core.scene.rigid import ModelMotion
 from nrp_core.scene.rigid import Pose as ScenePose
+from nrp_core.scene.sdf import read_scene
 from nrp_core.world.sensors.laser import Laser
 
 SPHERE = """
@@ -111,6 +112,54 @@ def test_joints_can_be_put_at_positions(open_world, parts):
     assert world.call(
         "/gazebo/get_link_state", "hanging::bob"
     ).link_state.pose.orientation.y == pytest.approx(np.sin(0.35))
+
+
+NESTED = """<sdf version="1.9"><world name="w"><gravity>0 0 0</gravity>
+  <model name="cart"><link name="frame">{inertial}</link>
+    <model name="arm"><pose>0 0 1 0 0 0</pose><link name="a">{inertial}</link>
+      <model name="hand"><pose>0.5 0 0 0 0 0</pose><link name="b">{inertial}</link></model>
+      <joint name="j" type="revolute"><parent>a</parent><child>hand::b</child>
+        <axis><xyz>0 0 1</xyz></axis></joint></model>
+    <joint name="fix" type="fixed"><parent>frame</parent><child>arm::a</child></joint></model>
+  <model name="other"><pose>5 0 0 0 0 0</pose><link name="a">{inertial}</link></model></world></sdf>"""
+INERTIAL = "<inertial><mass>1</mass></inertial>"
+
+
+@pytest.fixture
+def nested(open_world, tmp_path):
+    file = tmp_path / "nested.sdf"
+    file.write_text(NESTED.format(inertial=INERTIAL))
+    return open_world(read_scene(file))
+
+
+@pytest.mark.parametrize("name", ["cart::arm::hand::b", "cart/arm/hand/b", "arm::hand::b", "b"])
+def test_links_of_nested_models_have_the_names_of_gazebo(nested, advance, name):
+    state = nested.call("/gazebo/get_link_state", name, "cart::arm::a").link_state
+    place = state.pose.position
+    assert (place.x, place.y, place.z) == pytest.approx((0.5, 0.0, 0.0), abs=1e-6)
+    push = Wrench(Vector3(0.0, 0.0, 3.0))
+    assert nested.call("/gazebo/apply_body_wrench", name, wrench=push, duration=Duration(-1)).success
+    advance(nested, 0.2)
+    nested.call("/gazebo/clear_body_wrenches", name)
+    assert nested.call("/gazebo/get_link_state", name).link_state.twist.linear.z > 0.1
+    assert not nested.warnings
+
+
+@pytest.mark.parametrize("name", ["cart::arm::j", "cart/arm/j", "arm::j", "j"])
+def test_joints_of_nested_models_have_the_names_of_gazebo(nested, name):
+    assert nested.call("/gazebo/set_model_configuration", "cart", "", [name], [0.5]).success
+    assert nested.call("/gazebo/get_joint_properties", name).position == pytest.approx([0.5])
+    assert nested.call("/gazebo/apply_joint_effort", name, 1.0, duration=Duration(-1)).success
+    nested.call("/gazebo/clear_joint_forces", name)
+    assert not nested.warnings
+
+
+def test_a_link_that_several_models_have_or_none_has_is_refused(nested, golden: Golden):
+    for name in ("a", "cart::arm::c", "card::arm::a", "cart::hand::a"):
+        golden(nested.call("/gazebo/get_link_state", name).status_message)
+    state = LinkState("other::a", at(0, -2, 1))
+    assert nested.call("/gazebo/set_link_state", state).success
+    assert position(nested, "other") == pytest.approx([0.0, -2.0, 1.0])
 
 
 @pytest.mark.parametrize("position", [float("nan"), float("inf")])
