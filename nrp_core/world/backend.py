@@ -65,6 +65,10 @@ class WorldBackend(ABC):
         """
         return options, ""
 
+    def refusals(self, scene: Scene) -> Iterator[tuple[str, str]]:
+        """Yield the models that engines refuse in spite of the capabilities, each with the reason."""
+        yield from ()
+
     def topics(self, options: WorldOptions) -> Sequence[TopicInfo]:
         """Return the topics that engines add to those of the scene, for the checks before a run.
 

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import platform
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from nrp_core._support.diagnosis import Diagnosis
+from nrp_core.world.drives.muscles import muscles_of
 from nrp_core.world.engine_kit.jointed import PhysicsBackend, PhysicsOptions
+from nrp_core.world.engine_kit.wrapping import wrapping_refusals
 
 if TYPE_CHECKING:
+    from nrp_core.scene.model import Scene
     from nrp_core.world.engine_kit.jointed import JointedEngine
 
 
@@ -24,6 +27,13 @@ class PybulletBackend(PhysicsBackend):
     remedy = "pip install 'nrp-core[pybullet]'"
     muscles = True
     wrapping = True
+
+    def refusals(self, scene: Scene) -> Iterator[tuple[str, str]]:
+        for model in scene.models:
+            if any(muscle.wraps for muscle in muscles_of(model)):
+                import mujoco
+
+                yield from ((model.name, why) for why in wrapping_refusals(mujoco, self.engine_name, model))
 
     def diagnose(self) -> list[Diagnosis]:
         if find_spec("pybullet") is not None:

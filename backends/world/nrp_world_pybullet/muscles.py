@@ -277,12 +277,10 @@ class Muscles:
         """Return the muscles of a model that wrap, their joints, numbers and those of coordinates."""
         import mujoco
 
-        names = [muscle.name for muscle in muscles_of(model) if muscle.wraps]
-        numbers = np.array([self._numbers[model.name, name] for name in names], np.int64)
         joints = {name: built.joints[model.name][name] for name in self._coordinates[model.name]}
         columns = np.array([self._columns[model.name, name] for name in joints], np.int64)
-        floats = any(body.floats for body, _ in built.bodies[model.name])
-        muscles = WrappingMuscles(mujoco, "PyBullet", model, names, [*joints], floats)
+        muscles = WrappingMuscles(mujoco, "PyBullet", model, [*joints])
+        numbers = np.array([self._numbers[model.name, name] for name in muscles.names], np.int64)
         return muscles, _JointTable([*joints.values()], self._client), numbers, columns
 
     def __bool__(self) -> bool:

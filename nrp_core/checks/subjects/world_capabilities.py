@@ -48,3 +48,12 @@ def check_dynamics(examined: ExaminedExperiment) -> Iterator[Finding]:
             message = f"'{model.name}/{joint}' could not move: {world_lacks(backend, need)}"
         if message:
             yield examined.experiment.place(*examined.keys_of(model.name)).finding(Code.NRP216, message)
+
+
+@checks_experiment
+def check_backend(examined: ExaminedExperiment) -> Iterator[Finding]:
+    """Report models that the backend refuses for reasons of its own."""
+    if examined.world is None or examined.scene is None:
+        return
+    for model, why in examined.world.backend.refusals(examined.scene):
+        yield examined.experiment.place(*examined.keys_of(model)).finding(Code.NRP216, why)

@@ -17,53 +17,67 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core._support.small_matrices import product
 from nrp_core.errors import CapabilityError
 from nrp_core.scene.model import Model
+from nrp_core.world.drives.muscles import muscles_of
 
 
-class WrappingMuscles:
-    """The lengths, velocities and moments of the muscles of a model that wrap.
+def wrapping_refusals(mujoco: Any, engine: str, model: Model) -> Iterator[str]:
+    """Yield why an engine cannot simulate the muscles of a model that wrap.
+
+    Its file has other parts than the model, or a muscle connects a free base to the world.
 
     Args:
         mujoco: the module.
         engine: the name of the engine that moves the bodies, for messages.
         model: the model, of an MJCF file.
-        muscles: the names of the muscles.
-        joints: the names of the coordinates that they can move.
-        floats: whether the base of the model floats freely.
+    """
+    muscles = [muscle.name for muscle in muscles_of(model) if muscle.wraps]
+    if not muscles:
+        return
+    about = f"{engine} cannot simulate the muscle '{{}}' of '{model.name}': "
+    try:
+        m = _compile(mujoco, model)
+    except ValueError as error:
+        yield f"{about.format(muscles[0])}MuJoCo cannot read its file: {' '.join(str(error).split())}"
+        return
+    known, singles = _actuators(m), dict(_singles(mujoco, m))
+    held = {joint.child for joint in model.joints}
+    floats = not model.static and any(link.name not in held for link in model.links)
+    for name in muscles:
+        for why in _obstacles(mujoco, m, known.get(name), floats):
+            yield about.format(name) + why
+    joints = [name for joint in model.joints for name in joint.coordinates]
+    if missing := [name for name in joints if name not in singles]:
+        yield f"{about.format(muscles[0])}its file has no hinge or slide '{missing[0]}'"
+
+
+class WrappingMuscles:
+    """The lengths, velocities and moments of the muscles of a model that wrap.
+
+    Attributes:
+        names: their names.
+
+    Args:
+        mujoco: the module.
+        engine: the name of the engine that moves the bodies, for messages.
+        model: the model, of an MJCF file.
+        joints: the names of its coordinates, in the order in which they are given.
 
     Raises:
-        CapabilityError: a muscle connects a free base to the world, or its file has other parts.
+        CapabilityError: one of :func:`wrapping_refusals`.
     """
 
-    def __init__(
-        self,
-        mujoco: Any,
-        engine: str,
-        model: Model,
-        muscles: Sequence[str],
-        joints: Sequence[str],
-        floats: bool,
-    ) -> None:
+    def __init__(self, mujoco: Any, engine: str, model: Model, joints: Sequence[str]) -> None:
+        for why in wrapping_refusals(mujoco, engine, model):
+            raise CapabilityError(why)
         self._mujoco = mujoco
-        file = model.source.file if model.source is not None else Path()
-        try:
-            m = self._m = _compile(mujoco, file, model.native)
-        except ValueError as error:
-            why = f"MuJoCo cannot read its file: {' '.join(str(error).split())}"
-            raise CapabilityError(_refusal(engine, model, muscles[0], why)) from None
+        m = self._m = _compile(mujoco, model)
         self._data = mujoco.MjData(m)
-        known = {m.actuator(n).name or f"actuator_{n}": n for n in range(m.nu)}
-        singles = dict(_singles(mujoco, m))
-        for name in muscles:
-            for why in _obstacles(mujoco, m, known.get(name), floats):
-                raise CapabilityError(_refusal(engine, model, name, why))
-        if missing := [name for name in joints if name not in singles]:
-            raise CapabilityError(
-                _refusal(engine, model, muscles[0], f"its file has no hinge or slide '{missing[0]}'")
-            )
+        known, singles = _actuators(m), dict(_singles(mujoco, m))
+        self.names = [muscle.name for muscle in muscles_of(model) if muscle.wraps]
         numbers = [singles[name] for name in joints]
         self._coordinates, self._rates = m.jnt_qposadr[numbers], m.jnt_dofadr[numbers]
         self._zeros = m.qpos0[self._coordinates].copy()
-        self._outputs = m.actuator_outadr[[known[name] for name in muscles]]
+        self._outputs = m.actuator_outadr[[known[name] for name in self.names]]
         self._gears = m.actuator_gear[self._outputs, 0].copy()
         self._dense = np.zeros((m.nu, m.nv))
 
@@ -91,14 +105,20 @@ _compiled: dict[int, tuple[object, Any]] = {}
 _MOST = 8
 
 
-def _compile(mujoco: Any, file: Path, reading: object) -> Any:
+def _compile(mujoco: Any, model: Model) -> Any:
     """Return the compiled model of a file, once per reading of its scene: MuJoCo does not list includes."""
+    reading: object = model.native
     if id(reading) not in _compiled:
+        file = model.source.file if model.source is not None else Path()
         compiled = mujoco.MjModel.from_xml_path(str(file))
         for oldest in list(_compiled)[: 1 - _MOST]:
             del _compiled[oldest]
         _compiled[id(reading)] = reading, compiled  # keeps the reading alive, so that its id is not reused
     return _compiled[id(reading)][1]
+
+
+def _actuators(m: Any) -> dict[str, int]:
+    return {m.actuator(n).name or f"actuator_{n}": n for n in range(m.nu)}
 
 
 def _singles(mujoco: Any, m: Any) -> Iterator[tuple[str, int]]:
@@ -122,7 +142,3 @@ def _obstacles(mujoco: Any, m: Any, number: int | None, floats: bool) -> Iterato
         sites = [int(m.wrap_objid[k]) for k in path if m.wrap_type[k] == mujoco.mjtWrap.mjWRAP_SITE]
         if floats and any(m.body_weldid[m.site_bodyid[site]] == 0 for site in sites):
             yield "it connects a free base to the world"
-
-
-def _refusal(engine: str, model: Model, muscle: str, why: str) -> str:
-    return f"{engine} cannot simulate the muscle '{muscle}' of '{model.name}': {why}"

@@ -70,5 +70,6 @@ def test_a_muscle_from_a_free_base_to_the_world_is_refused_by_its_name(tmp_path:
     text = LEG.format(root="<freejoint/>", back="o").replace(
         "<worldbody>", '<worldbody><site name="o" pos="0 0 2"/>'
     )
-    with pytest.raises(CapabilityError, match="'back' of 'base'"):
+    with pytest.raises(CapabilityError, match="'back' of 'base'") as caught:
         opened(tmp_path, text)
+    assert [*DrakeBackend().refusals(read_scene(tmp_path / "leg.xml"))] == [("base", str(caught.value))]

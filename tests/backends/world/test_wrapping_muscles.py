@@ -140,6 +140,40 @@ def test_a_muscle_with_properties_that_only_mujoco_has_is_refused_before_the_run
         world.run_until(10_000_000)
 
 
+SDF = """<sdf version="1.9"><model name="base"><link name="body"><inertial><mass>1</mass></inertial></link>
+  <plugin name="front" filename="nrp_muscle"><wrapping>true</wrapping><force>1</force>
+    <optimal_length>0.1</optimal_length></plugin></model></sdf>"""
+
+
+@pytest.mark.parametrize("kind", ["another format", "a free base", "a ball joint"])
+def test_a_muscle_that_mujoco_cannot_help_with_is_refused_before_the_run(
+    kind: str, tmp_path: Path, golden: Golden
+) -> None:
+    """PyBullet moves the bodies, and MuJoCo's routines need the file, its joints and a held base."""
+    free = LEG.format(root="<freejoint/>", tendon="")
+    texts = {
+        "another format": SDF,
+        "a free base": free.replace('site="a"', 'site="o"').replace(
+            "<worldbody>", '<worldbody><site name="o" pos="0 0 2"/>'
+        ),
+        "a ball joint": LEG.format(root="", tendon="").replace(
+            "</body></body></body>",
+            """<body pos="0 0 -0.3"><joint name="ankle" type="ball"/>
+              <inertial mass="1" pos="0 0 0" diaginertia=".01 .01 .01"/></body></body></body></body>""",
+        ),
+    }
+    scene = tmp_path / ("leg.sdf" if kind == "another format" else "leg.xml")
+    scene.write_text(texts[kind])
+    (tmp_path / "brain.py").write_text(BRAIN)
+    file = tmp_path / "leg.yaml"
+    file.write_text(f"{HEAD}world: {{backend: pybullet, scene: {scene.name}}}\n")
+    with pytest.raises(CapabilityError, match="'front' of 'base'") as caught:
+        opened(scene)
+    errors = [one.message for one in validate_file(file) if one.level is Level.ERROR]
+    assert errors[0] == str(caught.value)
+    golden(*errors)
+
+
 def test_what_a_flag_switches_off_for_mujoco_alone_is_reported(tmp_path: Path) -> None:
     for flags, subjects in (('<flag limit="disable"/>', ["limit"]), ('<flag energy="enable"/>', [])):
         file = tmp_path / "leg.xml"

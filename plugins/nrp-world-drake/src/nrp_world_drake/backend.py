@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from nrp_core.world import Diagnosis, PhysicsBackend, PhysicsOptions, WorldCapabilities, WorldOptions
+from nrp_core.world import (
+    Diagnosis,
+    PhysicsBackend,
+    PhysicsOptions,
+    WorldCapabilities,
+    WorldOptions,
+    muscles_of,
+)
+from nrp_core.world.engine_kit.wrapping import wrapping_refusals
 
 if TYPE_CHECKING:
-    from nrp_core.world import JointedEngine
+    from nrp_core.world import JointedEngine, Scene
 
 
 class DrakeBackend(PhysicsBackend):
@@ -25,6 +33,13 @@ class DrakeBackend(PhysicsBackend):
 
     def capabilities(self, options: WorldOptions) -> WorldCapabilities:
         return replace(super().capabilities(options), ball_control=False)
+
+    def refusals(self, scene: Scene) -> Iterator[tuple[str, str]]:
+        for model in scene.models:
+            if any(muscle.wraps for muscle in muscles_of(model)):
+                import mujoco
+
+                yield from ((model.name, why) for why in wrapping_refusals(mujoco, self.engine_name, model))
 
     def diagnose(self) -> list[Diagnosis]:
         if find_spec("pydrake") is not None:

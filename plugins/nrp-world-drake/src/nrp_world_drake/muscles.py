@@ -82,12 +82,11 @@ class Muscles:
         """Return the muscles of a model that wrap, their numbers, and the joints' places in the state."""
         import mujoco
 
-        names = [muscle.name for muscle in muscles_of(model) if muscle.wraps]
         joints = built.joints[model.name]
-        floats = any(body.floats for body, _ in built.bodies[model.name])
+        muscles = WrappingMuscles(mujoco, "Drake", model, [*joints])
         return (
-            WrappingMuscles(mujoco, "Drake", model, names, [*joints], floats),
-            [self._numbers[model.name, name] for name in names],
+            muscles,
+            [self._numbers[model.name, name] for name in muscles.names],
             [handle.position for handle in joints.values()],
             [handle.velocity for handle in joints.values()],
         )
