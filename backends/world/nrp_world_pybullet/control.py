@@ -34,7 +34,7 @@ from nrp_world_pybullet.inertia import Inertia
 from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.motion import JointReader, Moving
 from nrp_world_pybullet.muscles import Muscles
-from nrp_world_pybullet.soft_constraints import SoftConstraints, armatures_of
+from nrp_world_pybullet.soft_constraints import SoftConstraints, armatures_of, gains_of
 
 USUAL: Final = 50
 """PyBullet's own number of iterations."""
@@ -115,7 +115,9 @@ class Tree:
         self.exact = self.has_muscles and not (inertia.floats and muscles.pull_at_world(model.name))
         motors = armatures_of(model) if self.exact else {}
         armatures = np.array([motors.get(joint.name, 0.0) for joint in ways])
-        self.servos = ExplicitServos(limits, step_s, dampers if self.strongly_damped else None, armatures)
+        self._own_gains = gains_of(model) if self.exact else set()
+        braked = dampers if self.strongly_damped else None
+        self.servos = ExplicitServos(limits, step_s, braked, armatures, limits_first=self.exact)
         self._stops = self._soft_constraints(model, ways, armatures, step_s) if self.exact else None
 
     def _soft_constraints(
@@ -153,6 +155,11 @@ class Tree:
         else:
             link, client = self._link_of[number], self._client
             bullet.changeDynamics(self._multibody, link, jointDamping=damping, physicsClientId=client)
+
+    def set_target(self, number: int, aim: ServoTarget) -> None:
+        """Set the target of a joint's servo, which MuJoCo's own servos take at the start of a step."""
+        own = (self.paths[number][1], aim.stiffness, aim.damping) in self._own_gains
+        self.servos.set_target(number, aim, at_start=own)
 
     def push(self) -> tuple[FloatArray, FloatArray]:
         """Return the efforts of the servos, and those of dampers and springs, in the next step."""
@@ -308,7 +315,7 @@ class Control:
             return
         tree, number = self._numbers[path]
         tree.damp(number, aim.firm is None)
-        tree.servos.set_target(number, ServoTarget() if aim.firm is not None else aim)
+        tree.set_target(number, ServoTarget() if aim.firm is not None else aim)
 
     def orient(self, model: str, joint: str, orientation: Quaternion | None) -> None:
         """Lead a ball joint to an orientation, or release it."""

@@ -24,7 +24,7 @@ from nrp_core._support.small_matrices import product
 from nrp_core.scene.model import Joint, Model
 from nrp_core.scene.origin import Native
 from nrp_core.world.engine_kit.elimination import solve
-from nrp_core.world.engine_kit.joint_servo import servoed_joints
+from nrp_core.world.engine_kit.firm_joints import firm_names
 
 _SMALLEST, _LARGEST = 1e-4, 0.9999
 """The range of impedances."""
@@ -90,6 +90,20 @@ def armatures_of(model: Model) -> Mapping[str, float]:
     return {each.attribute("name") or "": float(each.attribute("armature") or 0.0) for each in elements}
 
 
+def gains_of(model: Model) -> set[tuple[str, float, float]]:
+    """Return joint, stiffness and damping of the servos that the file of an MJCF model itself has."""
+    sections = [each.children for each in model.native if each.full_tag == "mujoco:actuator"]
+    servos = [each for section in sections for each in section if each.tag in ("position", "velocity")]
+    return {
+        (
+            each.attribute("joint") or "",
+            float(each.attribute("kp") or 0.0),
+            float(each.attribute("kv") or 0.0),
+        )
+        for each in servos
+    }
+
+
 def is_coupling(element: Native, joints: Sequence[str]) -> bool:
     """Return whether an element of ``<equality>`` couples some of these joints."""
     ends = [element.attribute(name) for name in ("joint1", "joint2")]
@@ -117,10 +131,10 @@ def _stated(joints: Sequence[Joint], model: Model, attribute: str) -> Iterator[t
 
 
 def _frictions(joints: Sequence[Joint], model: Model) -> Iterator[tuple[int, float, Reference]]:
-    """Yield the coordinates with dry friction that yields, and its effort; servos have their own."""
-    servoed = servoed_joints(model)
+    """Yield the coordinates with dry friction that yields, and its effort; firm joints have their own."""
+    firm = firm_names(model)
     for n, joint, element in _stated(joints, model, "solreffriction"):
-        if joint.friction and joint.name not in servoed:
+        if joint.friction and joint.name not in firm:
             yield n, joint.friction, Reference.read(element, "friction")
 
 

@@ -53,6 +53,12 @@ class FirmJoint:
         return BRAKING * self.joint.effort / self.inertia if self.inertia else inf
 
 
+def firm_names(model: Model) -> set[str]:
+    """Return the joints of a model that have a controller without gains."""
+    led = [leader.of_joint(joint) for leader in model.leaders for joint in leader.joints]
+    return {each.joint for each in (*model.controllers, *led) if each.is_firm}
+
+
 def firm_joints(
     model: Model, bodies: Sequence[Body], armatures: Mapping[str, float] = _NONE
 ) -> Mapping[str, FirmJoint]:
@@ -67,8 +73,7 @@ def firm_joints(
         bodies: its bodies.
         armatures: the inertia (kg m^2) or mass (kg) of the motors of joints that have one.
     """
-    led = [leader.of_joint(joint) for leader in model.leaders for joint in leader.joints]
-    names = {each.joint for each in (*model.controllers, *led) if each.is_firm}
+    names = firm_names(model)
     masses = [(body.inertial.mass, body.in_model @ body.inertial.pose) for body in bodies if body.inertial]
     weight = STRENGTH * GRAVITY * sum(mass for mass, _ in masses)
     inertias = joint_inertias(bodies) if names else {}

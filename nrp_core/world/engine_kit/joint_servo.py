@@ -9,6 +9,7 @@ unstable.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,8 @@ class ExplicitServos:
         step_s: the physics step.
         dampers: damping of the joints' dampers, N m s/rad or N s/m; None for none.
         armatures: inertia of the joints' motors that the engine lacks, kg m^2 or kg; None for none.
+        limits_first: whether, as in MuJoCo, the limits bound efforts from the state at the start of a step,
+            and damping then acts on those that are within; otherwise they bound the efforts themselves.
 
     Attributes:
         braking: the efforts of the dampers in the next step, which have no limit, and of the stops; by how
@@ -59,12 +62,15 @@ class ExplicitServos:
         step_s: float,
         dampers: FloatArray | None = None,
         armatures: FloatArray | None = None,
+        *,
+        limits_first: bool = False,
     ) -> None:
-        self._limits, self._step_s = np.array(limits), step_s
+        self._limits, self._step_s, self._limits_first = np.array(limits), step_s, limits_first
         self._dampers = np.zeros(len(limits)) if dampers is None else dampers.copy()
         self._motors = np.diag(np.zeros(len(limits)) if armatures is None else armatures)
         self.braking = np.zeros(len(limits))
         self._aims = np.zeros((len(limits), 5))  # the columns are the fields of ServoTarget
+        self._ahead_s = np.full(len(limits), step_s)
         self._efforts = np.zeros(len(limits))
         self._velocities: FloatArray | None = None
         self._before: tuple[FloatArray, FloatArray] | None = None  # inertia and bias
@@ -78,9 +84,9 @@ class ExplicitServos:
         """Set the damper of one joint."""
         self._dampers[number] = damping
 
-    def set_target(self, number: int, aim: ServoTarget) -> None:
-        """Set the target of one joint."""
-        idle = self.idle
+    def set_target(self, number: int, aim: ServoTarget, *, at_start: bool = False) -> None:
+        """Set the target of one joint, whose stiffness can act on the position at the start of a step."""
+        idle, self._ahead_s[number] = self.idle, 0.0 if at_start else self._step_s
         self._aims[number] = aim.stiffness, aim.damping, aim.position, aim.velocity, aim.effort
         if self.idle and not idle:  # no efforts from now on, and the last observation becomes invalid
             self.forget()
@@ -116,8 +122,11 @@ class ExplicitServos:
             load, self._before = load + bias, (inertia, bias)
         stiffness, damping, position, velocity, effort = self._aims.T
         wanted = stiffness * position + damping * velocity + effort - stiffness * positions
-        damping, dampers = damping + stiffness * dt, self._dampers  # backward Euler
-        wanted = wanted - damping * velocities
+        damping, dampers = damping + stiffness * self._ahead_s, self._dampers  # backward Euler
+        wanted, limits = wanted - damping * velocities, self._limits
+        if self._limits_first:
+            damping = np.where(abs(wanted) >= limits, 0.0, damping)
+            wanted, limits = wanted.clip(-limits, limits), np.full(len(limits), inf)
         stopped: FloatArray | float = 0.0
         moved = inertia + self._motors
         for _ in range(2):
@@ -128,8 +137,8 @@ class ExplicitServos:
             mass = moved + dt * viscosity
             mass.reshape(-1)[:: len(mass) + 1] += dt * (damping + dampers)
             ahead = solve(mass, free[:, None])[:, 0]
-            efforts: FloatArray = (wanted - dt * damping * ahead).clip(-self._limits, self._limits)
-            strained = abs(efforts) == self._limits
+            efforts: FloatArray = (wanted - dt * damping * ahead).clip(-limits, limits)
+            strained = abs(efforts) == limits
             if not (strained.any() and dampers.any()):
                 break
             # dampers act on the motion by the limited effort of a servo, not by the requested one

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from nrp_core.messages.std_msgs import Float64MultiArray
+from nrp_core.messages.std_msgs import Float64, Float64MultiArray
 from nrp_core.scene.sdf import read_scene
 from nrp_core.world.backends import worlds
 
@@ -32,9 +32,10 @@ class RandomTree:
     Args:
         seed: of its random numbers.
         root: the joint of its base as MJCF; empty if the base is fixed.
+        driven: whether most joints also have a servo or a motor.
     """
 
-    def __init__(self, seed: int, root: str = "") -> None:
+    def __init__(self, seed: int, root: str = "", *, driven: bool = False) -> None:
         self._rng = rng = np.random.default_rng(seed)
         self.parents = [
             -1,
@@ -55,9 +56,22 @@ class RandomTree:
             '<mujoco><option integrator="implicitfast" tolerance="1e-14" iterations="500"/><worldbody>'
             f'<body name="base" pos="0 0 1" euler="{40 * (seed % 2)} 20 0">{root}'
             f'<inertial mass="1" pos="0 0 0" diaginertia=".01 .02 .015"/>{bodies}'
-            f"</body></worldbody><tendon>{tendons}</tendon><actuator>{muscles}</actuator>"
-            f"<equality>{self._couplings()}</equality></mujoco>"
+            f"</body></worldbody><tendon>{tendons}</tendon>"
+            f"<equality>{self._couplings()}</equality>"
+            f"<actuator>{muscles}{self._drives() if driven else ''}</actuator></mujoco>"
         )
+
+    def _drives(self) -> str:
+        rng = self._rng
+        found = ""
+        for joint in self.joints:
+            kp, kv = rng.uniform(0.5, 20.0), rng.choice([0.0, 0.02, 0.3])
+            kinds = f'position kp="{numbers(kp)}" kv="{numbers(kv)}"', f'velocity kv="{numbers(0.02 * kp)}"'
+            kind = rng.choice(["", "motor", *kinds, *kinds])
+            limit = rng.choice(["", 'forcerange="-0.5 0.5"'])
+            gear = numbers(rng.choice([1.0, -2.0]))
+            found += kind and f'<{kind} name="d{joint}" joint="{joint}" gear="{gear}" {limit}/>'
+        return found
 
     def _yielding(self, suffix: str) -> str:
         rng = self._rng
@@ -114,6 +128,15 @@ class RandomTree:
         return "".join([*found, kept] if rng.random() < 0.3 else found)
 
 
+def drive_of(model: mujoco.MjModel, number: int) -> tuple[str, str, float]:
+    """Return joint, topic and the command for each unit of control of an actuator."""
+    joint, gear = model.joint(model.actuator_trnid[number, 0]).name, float(model.actuator_gear[number, 0])
+    spring, brake = model.actuator_biasprm[number, 1:3]
+    if spring:
+        return joint, "cmd_pos", 1.0 / gear
+    return (joint, "cmd_vel", 1.0 / gear) if brake else (joint, "cmd_effort", gear)
+
+
 def largest_difference(tree: RandomTree, file: Path, seed: int, seconds: float) -> float:
     """Return by how much the joints of a tree in PyBullet differ from MuJoCo alone at most, rad or m."""
     file.write_text(tree.text)
@@ -121,16 +144,21 @@ def largest_difference(tree: RandomTree, file: Path, seed: int, seconds: float) 
     data, backend, worst = mujoco.MjData(model), worlds().load("pybullet"), 0.0
     with backend.open(read_scene(file), seed=1, options=backend.options()) as world:
         assert not [each for each in world.warnings if each.subject in ("armature", "joint")]
+        muscles = model.actuator_trntype == mujoco.mjtTrn.mjTRN_TENDON
         command = world.advertise("/base/muscles/cmd")
         names = world.joint_states("base").names
         single = [model.joint(n) for n in range(model.njnt) if model.jnt_type[n] > 1]
         ours = [names.index(joint.name) for joint in single]
         theirs = [joint.qposadr[0] for joint in single]
+        drives = [(n, *drive_of(model, n)) for n in np.flatnonzero(~muscles)]
+        topics = [world.advertise(f"/base/{joint}/{topic}") for _, joint, topic, _ in drives]
         rows = np.random.default_rng(seed).uniform(0.0, 1.0, (round(seconds / 0.01), model.nu))
         for k, row in enumerate(rows):
             data.ctrl[:] = row
             mujoco.mj_step(model, data, _STEPS)
-            command.publish(Float64MultiArray(data=row))
+            command.publish(Float64MultiArray(data=row[muscles]))
+            for topic, (n, *_, scale) in zip(topics, drives, strict=True):
+                topic.publish(Float64(scale * row[n]))
             world.run_until((k + 1) * 10_000_000)
             mujoco.mj_kinematics(model, data)
             found = [*world.joint_states("base").positions[ours], *world.model_motion("base").pose.position]
@@ -145,3 +173,12 @@ def largest_difference(tree: RandomTree, file: Path, seed: int, seconds: float) 
 @pytest.mark.parametrize("root", ["", "<freejoint/>", '<joint type="ball" damping="0.1"/>'])
 def test_random_trees_move_as_in_mujoco_alone(root: str, seed: int, tmp_path: Path) -> None:
     assert largest_difference(RandomTree(seed, root), tmp_path / "tree.xml", seed, 0.5) < 1e-9
+
+
+@pytest.mark.one_of(25)
+@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("root", ["", "<freejoint/>"])
+def test_random_trees_with_servos_and_muscles_move_as_in_mujoco_alone(root, seed, tmp_path):
+    """Stiffness as in the file, without the damping that a servo of another format has here."""
+    tree = RandomTree(seed, root, driven=True)
+    assert largest_difference(tree, tmp_path / "tree.xml", seed, 0.5) < 1e-9
