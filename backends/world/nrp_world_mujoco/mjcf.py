@@ -35,6 +35,7 @@ from nrp_world_mujoco.announced_sizes import check_sizes
 from nrp_world_mujoco.library import compile_spec, mujoco
 from nrp_world_mujoco.mjcf_images import Images, replace_missing
 from nrp_world_mujoco.mjcf_native import Names, NativeElements, is_ground, not_passed
+from nrp_world_mujoco.muscles import moved_joints
 from nrp_world_mujoco.native import files_of
 from nrp_world_mujoco.schema import without_field
 
@@ -150,6 +151,9 @@ class _Writer:
     ) -> None:
         self._m, self._name = model, name
         self._actuators = actuators_of(spec, model)
+        alone = {each.number for each in self._actuators}
+        others = (number for number in range(len(model.actuator_trntype)) if number not in alone)
+        self._shared = {joint for number in others for joint in moved_joints(model, number)}
         names = Names(self._body, self._joint_name, self._geom_name, self._owner)
         self._native = NativeElements(spec, model, names, cone, meshes)
         self.touching = self._native.touching
@@ -300,7 +304,9 @@ class _Writer:
         if kind != "ball":
             zero = float(m.qpos0[m.jnt_qposadr[joint]])
             lower, upper = (m.jnt_range[joint] - zero).tolist() if m.jnt_limited[joint] else (-np.inf, np.inf)
-            effort = float(m.jnt_actfrcrange[joint][1]) if m.jnt_actfrclimited[joint] else np.inf
+            # the limit of all actuators of a joint together is not that of its servo
+            limited = m.jnt_actfrclimited[joint] and joint not in self._shared
+            effort = float(m.jnt_actfrcrange[joint][1]) if limited else np.inf
             effort = min([effort, *(each.force for each in self._actuators if each.joint == joint)])
             yield f"<limit><lower>{lower}</lower><upper>{upper}</upper><effort>{effort}</effort></limit>"
         dof = m.jnt_dofadr[joint]

@@ -138,7 +138,7 @@ def _is_native(m: Any, number: int) -> bool:
     low, high = m.actuator_ctrlrange[control].tolist() if m.actuator_ctrllimited[control] else (0.0, 1.0)
     own = [m.actuator_forcelimited, m.actuator_actlimited, m.actuator_actearly, m.actuator_damping]
     found = [each[number] for each in own]
-    found.append(m.jnt_actfrclimited[_moved_joints(m, number)])
+    found.append(m.jnt_actfrclimited[moved_joints(m, number)])
     if mujoco.mjtTrn(m.actuator_trntype[number]) == mujoco.mjtTrn.mjTRN_TENDON:
         tendon = int(m.actuator_trnid[number][0])
         limited = (m.tendon_limited, m.tendon_actfrclimited, m.tendon_stiffness, m.tendon_damping,
@@ -153,8 +153,8 @@ def _is_native(m: Any, number: int) -> bool:
     )
 
 
-def _moved_joints(m: Any, number: int) -> list[int]:
-    """Return the joints between the parts that a muscle connects."""
+def moved_joints(m: Any, number: int) -> list[int]:
+    """Return the joints between the parts that an actuator connects."""
     target, kind = int(m.actuator_trnid[number][0]), mujoco.mjtTrn(m.actuator_trntype[number])
     if kind in (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT):
         return [target]

@@ -470,6 +470,20 @@ def test_attributes_of_a_file_act_as_in_mujoco_alone(tmp_path, where, attribute,
     assert found["elbow"] == pytest.approx(wanted["elbow"], abs=1e-9)
 
 
+@pytest.mark.parametrize("other", ['tendon="cord" gear="2"', 'joint="elbow"'])
+def test_the_limit_of_a_joint_bounds_its_actuators_together(tmp_path, other):
+    joint = 'joint="elbow"'
+    text = PULLED.format(joint='actuatorfrcrange="-2 2"', actuator="", tendon="", target=joint)
+    text = text.replace("</actuator>", f'<general name="back" {other}/></actuator>')
+    (tmp_path / "arm.xml").write_text(text)
+    with opened(read_scene(tmp_path / "arm.xml")) as world:
+        world.advertise("/arm/elbow/cmd_effort").publish(Float64(9.0))
+        world.advertise("/arm/back/cmd").publish(Float64(-8.5))
+        found = ours(world, {}, 0.5)
+    wanted = alone(text, {"pull": 1.0, "back": -8.5}, 0.5)
+    assert found["elbow"] == pytest.approx(wanted["elbow"], abs=1e-9)
+
+
 @pytest.mark.parametrize(("flag", "told"), [('actuation="disable"', 1), ('constraint="disable"', 1), ("", 0)])
 def test_flags_that_are_not_used_are_reported(tmp_path, flag, told):
     text = PULLED.format(joint="", actuator="", tendon="", target='joint="elbow"')
