@@ -208,7 +208,7 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 _VARIADIC: Final = (Parameter.VAR_POSITIONAL, Parameter.VAR_KEYWORD)
-_UNEXPECTED: Final = "unexpected keyword argument"
+_UNEXPECTED: Final = "got an unexpected keyword argument"
 
 
 def checks_arguments(*skip: str, **overrides: Any) -> Callable[[Callable[P, R]], Callable[P, R]]:
@@ -306,14 +306,18 @@ def _named_values(name: str, value: Any, kind: Any) -> Iterable[tuple[str, Any]]
 
 
 def _reason(failure: TypeError, declared: Signature, named: dict[str, Any]) -> str:
-    """Return why arguments do not fit; suggest a name, which Python does not."""
+    """Return why arguments do not fit, and suggest a name.
+
+    The words are Python's, because callers such as TorchRL search the message for them to call again without
+    the argument.
+    """
     if _UNEXPECTED not in str(failure):
         return str(failure)
     unknown = next(name for name in named if name not in declared.parameters)
     names = [
         name for name, one in declared.parameters.items() if one.kind not in _VARIADIC and name != "self"
     ]
-    return f"there is no argument '{unknown}'{did_you_mean(unknown, names)}"
+    return f"{_UNEXPECTED} '{unknown}'{did_you_mean(unknown, names)}"
 
 
 @cache

@@ -146,7 +146,7 @@ def mujoco() -> Any:
         (lambda: sized(), "sized: missing a required argument: 'size'"),
         (
             lambda: nrp_core.run("x", untill_s=1.0),
-            "no argument 'untill_s'; did you mean 'until_s'?",
+            "got an unexpected keyword argument 'untill_s'; did you mean 'until_s'?",
         ),
         (
             lambda: event().open(None),
