@@ -18,7 +18,7 @@ from gymnasium.wrappers.vector import (
 )
 from nrp_lab.gym import NrpProcessesEnv, NrpVectorEnv, make_env, make_vec, vector_processes
 
-from nrp_core.errors import NrpError
+from nrp_core.errors import ExperimentError, LifecycleError, NrpError, SimulationError
 from nrp_core.experiment.making.plan import Plan
 from nrp_core.scene.rigid import ModelMotion, Pose
 
@@ -147,6 +147,52 @@ def test_a_copy_that_fails_is_named_and_can_be_reset_while_the_others_continue(
     found, expected = copies.step(action)[0], single.step(action)[0]
     assert_equal(found["rate:feelers"], expected["rate:feelers"])  # the function of copy 1 has run less often
     assert_equal(*({name: rows[0] for name, rows in seen.items()} for seen in (found, expected)))
+
+
+@pytest.mark.parametrize("fails", ["observation", "reward"])
+def test_a_copy_whose_observation_or_reward_fails_is_named_when_all_others_are_judged(
+    copies: NrpVectorEnv, monkeypatch: pytest.MonkeyPatch, fails: str
+) -> None:
+    def fail(*_: Any) -> float:
+        raise ZeroDivisionError("no clearance")
+
+    action = {"source:feelers": np.zeros((COPIES, 1))}
+    copies.autoreset_mode = AutoresetMode.DISABLED
+    with pytest.raises(ExperimentError):
+        copies.step(action)  # before the first reset
+    copies.reset(seed=5)
+    for _ in range(4):
+        copies.step(action)
+    failing = copies._copies[0]  # the other comes after it, and reaches the end in this step
+    with monkeypatch.context() as patch:
+        if fails == "reward":
+            patch.setattr(failing, "rate", fail)
+        else:
+            patch.setattr(failing.observed["/pioneer/scan"], "read", fail)
+        with pytest.raises(SimulationError, match="copy 0: no clearance") as raised:
+            copies.step(action)
+        assert isinstance(raised.value.__cause__, ZeroDivisionError)
+    assert [run.now_s for run in copies.runs] == [0.1, 0.1]
+    with pytest.raises(LifecycleError, match="over: 1;"):
+        copies.step(action)
+    copies.reset(options={"reset_mask": np.ones(COPIES, bool)})
+    assert np.array_equal(copies.step(action)[4]["t_s"], [0.02, 0.02])
+
+
+def test_episodes_are_truncated_after_the_steps_that_gymnasium_passes_on() -> None:
+    def steps(mode: str) -> tuple[Any, ...]:
+        made = gymnasium.make_vec(
+            "nrp/SlalomPioneer-v0", num_envs=2, max_episode_steps=3, vectorization_mode=mode
+        )
+        with closing(made) as envs:
+            envs.action_space.seed(1)
+            return (envs.reset(seed=4), *(envs.step(envs.action_space.sample()) for _ in range(6)))
+
+    found, expected = steps("vector_entry_point"), steps("sync")
+    assert_equal(found, expected)
+    assert [bool(one[3].all()) for one in found[1:]] == [False, False, True, False, False, False]
+    with pytest.raises(ExperimentError, match="max_episode_steps is a whole number from 1 on"):
+        make_vec("slalom_pioneer", num_envs=2, observe=["rate:wheels"], max_episode_steps=0)
 
 
 @pytest.mark.parametrize("wrong", ["one seed for all", "shared functions"])

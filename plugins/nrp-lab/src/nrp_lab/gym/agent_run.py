@@ -43,6 +43,7 @@ class Agent:
     steps: int
     same_noise: bool
     reward_to: MapReward | None = None
+    max_episode_steps: int | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.steps, int) or self.steps < 1:
@@ -97,6 +98,8 @@ class AgentRun:
         self.run, self._agent = run, agent
         require_named(run, agent)
         lasts, step = run.experiment.duration, agent.steps * run.experiment.timestep
+        limit = agent.max_episode_steps
+        self._ends_ns = lasts if limit is None else min(lasts, limit * step)
         if step > lasts:
             raise ExperimentError(
                 f"a step of an environment of {agent.steps} steps of the loop takes {seconds(step):g} s, and "
@@ -156,7 +159,7 @@ class AgentRun:
         reward, terminated = self.rate(self._agent, seen, *self.decide())
         if self._brain_reward is not None:
             self._brain_reward.give(reward)
-        return reward, terminated, now_ns >= self.run.experiment.duration
+        return reward, terminated, now_ns >= self._ends_ns
 
     def decide(self) -> tuple[float, bool]:
         """Return the criteria met since the last call minus those missed, and whether all are decided."""

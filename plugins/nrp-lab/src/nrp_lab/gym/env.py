@@ -83,6 +83,7 @@ def register_shipped() -> None:
 
 
 CLOSED = "the environment is closed: make another one"
+NOT_BEGUN = "reset() comes before the first step()"
 
 
 class NrpEnv(gymnasium.Env[Any, Any]):
@@ -156,7 +157,7 @@ class NrpEnv(gymnasium.Env[Any, Any]):
         self.observation_space = self._agent_run.observation_space
         self.action_space = self._agent_run.action_space
         self._reads = [(name, one.read) for name, one in self._agent_run.observed.items()]
-        self._refusal: str | None = "reset() comes before the first step()"
+        self._refusal: str | None = NOT_BEGUN
         self._is_over = False
         self._warned: set[str] = set()
         self._period_ns = steps * self.run.experiment.timestep

@@ -24,7 +24,7 @@ from nrp_core.utilities import checks_arguments
 from nrp_core.world.batch import threads_for
 from nrp_lab.copies import calls_text, python_calls
 from nrp_lab.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name, warn_of_findings
-from nrp_lab.gym.env import CLOSED
+from nrp_lab.gym.env import CLOSED, NOT_BEGUN
 from nrp_lab.gym.spaces import Actions
 from nrp_lab.side_by_side import SideBySide
 
@@ -124,6 +124,8 @@ def require_going(over: BoolArray, mode: AutoresetMode) -> None:
 
 
 Infos = dict[str, Any]
+Failures = dict[int, Exception]
+"""The errors of copies by their numbers."""
 
 
 def infos_of(copies: Sequence[AgentRun], chosen: Sequence[int]) -> Infos:
@@ -191,13 +193,16 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
     observation of all copies is one array. Values, resets and ``infos`` are those of Gymnasium's
     ``SyncVectorEnv``. The experiment's pace is ignored.
 
-    If a copy fails, as when its physics diverges, the others have taken the step nevertheless; the error
-    names the copy, which can be reset with ``options={"reset_mask": ...}``.
+    If a copy fails, as when its physics diverges or its reward raises an error, the others have taken the
+    step and their ends are known nevertheless; the error names the copy, which can be reset with
+    ``options={"reset_mask": ...}``.
 
     Args:
         experiment, overrides, observe, act, reward, terminate, steps, same_noise, reward_to: as for a single
             environment; ``reward`` and ``terminate`` are called for each copy.
         num_envs: number of copies.
+        max_episode_steps: number of steps after which an episode is truncated, as Gymnasium passes it on for
+            registered environments; by default only the experiment's end truncates.
         autoreset_mode: ``NextStep``, ``SameStep`` or ``Disabled``, as Gymnasium defines them.
         threads: number of threads that advance the copies; 0: one for each processor, if the engine
             allows it.
@@ -214,7 +219,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012  as declared there
     first_number = 0
 
-    @checks_arguments("num_envs", "steps", "threads", "autoreset_mode")
+    @checks_arguments("num_envs", "max_episode_steps", "steps", "threads", "autoreset_mode")
     def __init__(
         self,
         experiment: str | Path,
@@ -228,18 +233,21 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
         steps: int = 1,
         same_noise: bool = False,
         reward_to: MapReward | None = None,
+        max_episode_steps: int | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         threads: int = 0,
         render_mode: str | None = None,
     ) -> None:
         require_number("num_envs", num_envs, 1)
         require_number("threads", threads, 0)
+        if max_episode_steps is not None:
+            require_number("max_episode_steps", max_episode_steps, 1)
         if render_mode is not None:
             raise ExperimentError(
                 f"copies have no render_mode ({render_mode!r}); render a single environment"
             )
         acted = bounds_by_name(act)
-        agent = Agent(observe, acted, reward, terminate, steps, same_noise, reward_to)
+        agent = Agent(observe, acted, reward, terminate, steps, same_noise, reward_to, max_episode_steps)
         self.autoreset_mode = mode_of(autoreset_mode)
         self._opened = ExitStack()
         try:
@@ -257,6 +265,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
         self.metadata = {"render_fps": round(1e9 / period_ns), "autoreset_mode": self.autoreset_mode,
                          **type(self).metadata}  # fmt: skip
         self._random: list[Any] = [None] * num_envs
+        self._has_begun = False
         self._rewards = np.zeros(num_envs)
         self._terminated, self._truncated = np.zeros(num_envs, np.bool_), np.zeros(num_envs, np.bool_)
 
@@ -300,6 +309,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
             if seeds[number] is not None:
                 self._random[number], _ = np_random(seeds[number])
         self._begin(chosen)
+        self._has_begun = True
         return self.seen_now(), times_of(self._copies, chosen)
 
     def step(
@@ -307,14 +317,17 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
     ) -> tuple[dict[str, Any], FloatArray, BoolArray, BoolArray, dict[str, Any]]:
         """Act, take the steps and observe; reset finished copies by the autoreset mode."""
         self._require_open()
+        if not self._has_begun:
+            raise ExperimentError(NOT_BEGUN)
         over = self._terminated | self._truncated
         require_going(over, self.autoreset_mode)
         beginning, stepped = np.flatnonzero(over).tolist(), np.flatnonzero(~over).tolist()
         self._act(actions, stepped)
-        self._advance(stepped)
+        failed = self._advance(stepped)
         self._begin(beginning)
-        seen = self.seen_now()
-        self._judge(stepped, seen)
+        seen = self._observe(failed)
+        self._judge([number for number in stepped if number not in failed], seen, failed)
+        self._raise(failed)
         rewards = self._rewards.copy()
         terminated, truncated = self._terminated.copy(), self._truncated.copy()
         ended: list[int] = []
@@ -344,20 +357,24 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
             chosen = [self._copies[number].actions for number in stepped]
             Actions.apply_all(chosen, {name: row[stepped] for name, row in rows.items()})
 
-    def _advance(self, stepped: Sequence[int]) -> None:
-        """Take the steps of some copies.
-
-        Raises:
-            SimulationError: a copy failed; the others have taken the steps.
-        """
-        failed: dict[int, Exception] = {}
+    def _advance(self, stepped: Sequence[int]) -> Failures:
+        """Take the steps of some copies, and return the errors of those that failed."""
+        failed: Failures = {}
         for _ in range(self._steps):
             going = [number for number in stepped if number not in failed]
             errors = self._together.step([self.runs[number].loop for number in going])
             failed |= {going[place]: error for place, error in errors.items()}
         for number, error in failed.items():
             self.runs[number].error = error
-        for number, error in failed.items():
+        return failed
+
+    def _raise(self, failed: Failures) -> None:
+        """Raise the error of the first copy that failed; the others have taken the step and were judged.
+
+        Raises:
+            SimulationError: a copy failed.
+        """
+        for number, error in sorted(failed.items())[:1]:
             rest = f" (and {len(failed) - 1} more)" if len(failed) > 1 else ""
             t_ns = self.runs[number].loop.now_ns
             raise SimulationError(f"copy {self.first_number + number}{rest}: {error}", t_ns=t_ns) from error
@@ -375,22 +392,42 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
         return int(self._random[number].integers(2**31))
 
     def seen_now(self) -> dict[str, Any]:
-        """Return new arrays with the observations of all copies, a row for each."""
+        """Return new arrays with the observations of all copies, a row for each.
+
+        Raises:
+            SimulationError: a copy cannot be observed.
+        """
+        failed: Failures = {}
+        seen = self._observe(failed)
+        self._raise(failed)
+        return seen
+
+    def _observe(self, failed: Failures) -> dict[str, Any]:
+        """Return the observations of all copies, and add the errors of those that cannot be observed."""
         seen: dict[str, Any] = {}
         for name, space in self.observation_space.spaces.items():
             seen[name] = rows = np.empty(space.shape, space.dtype)
             observed = [copy.observed[name] for copy in self._copies]
-            observed[0].read_all(observed, rows)
+            try:
+                observed[0].read_all(observed, rows)
+            except Exception:  # noqa: BLE001 - one copy's; it is found below
+                for number, one in enumerate(observed):
+                    try:
+                        one.read_all([one], rows[number : number + 1])
+                    except Exception as error:  # noqa: BLE001 - raised when the others are judged
+                        failed.setdefault(number, error)
         return seen
 
-    def _judge(self, stepped: Iterable[int], seen: dict[str, Any]) -> None:
-        """Set the rewards and ends of copies that were stepped."""
+    def _judge(self, stepped: Iterable[int], seen: dict[str, Any], failed: Failures) -> None:
+        """Set the rewards and ends of copies that were stepped, and add the errors of those that fail."""
         own: dict[str, Any] = {}
         for number in stepped:
             if self._judges:
                 own = {name: rows[number] for name, rows in seen.items()}
             now_ns = self.runs[number].loop.now_ns
-            reward, terminated, truncated = self._copies[number].judge(own, now_ns)
-            self._rewards[number], self._terminated[number], self._truncated[number] = (
-                reward, terminated, truncated,
-            )  # fmt: skip
+            try:
+                judged = self._copies[number].judge(own, now_ns)
+            except Exception as error:  # noqa: BLE001 - of the user's function; raised when all are judged
+                failed[number] = error
+            else:
+                self._rewards[number], self._terminated[number], self._truncated[number] = judged
