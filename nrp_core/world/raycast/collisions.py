@@ -199,40 +199,57 @@ PLANE, SPHERE, BOX, CYLINDER, CAPSULE, MESH = range(6)
 _NO_TRIANGLES = np.empty((0, 3, 3))
 
 
-@jit
-def cast(
-    kinds: IntArray,
-    sizes: FloatArray,
-    radii: FloatArray,
-    places: FloatArray,
-    meshes: IntArray,
-    triangles: FloatArray,
-    boxes: FloatArray,
-    hidden: npt.NDArray[np.bool_],
-    eye: FloatArray,
-    rays: FloatArray,
-    nearest: FloatArray,
-    distances: FloatArray,
-) -> None:
-    """Shorten ``distances`` to the points where rays enter shapes.
+class _Shapes(NamedTuple):
+    """Collision shapes.
 
     Args:
         kinds: kind of each shape, shape ``(n,)``.
         sizes: half edges of a box; radius (first) and half length (last) of round shapes; shape ``(n, 3)``.
         radii: radii of bounding spheres about the shapes' origins, shape ``(n,)``.
-        places: rotation and translation of each shape to the world, shape ``(n, 3, 4)``.
         meshes: places of the shapes in the trees of meshes, shape ``(n, 4)``.
         triangles: corners relative to the middle of the mesh's bounding box, shape ``(m, 3, 3)``.
         boxes: boxes of the trees' nodes, shape ``(k, 6)``.
+        held: the frame of each shape, shape ``(n,)``.
+        local: rotation and translation of each shape to its frame, shape ``(n, 3, 4)``.
+    """
+
+    kinds: IntArray
+    sizes: FloatArray
+    radii: FloatArray
+    meshes: IntArray
+    triangles: FloatArray
+    boxes: FloatArray
+    held: IntArray
+    local: FloatArray
+
+
+@jit
+def _cast(
+    shapes: _Shapes,
+    places: FloatArray,
+    hidden: npt.NDArray[np.bool_],
+    nearest: FloatArray,
+    eye: FloatArray,
+    rays: FloatArray,
+    distances: FloatArray,
+) -> None:
+    """Shorten ``distances`` to the points where rays enter shapes.
+
+    Args:
+        shapes: the shapes.
+        places: rotation and translation of each shape to the world, shape ``(n, 3, 4)``.
         hidden: shapes that are ignored.
+        nearest: minimum distance of a hit of each shape, m, shape ``(n,)``.
         eye: origin of the rays, shape ``(3,)``.
         rays: unit vectors in the world, shape ``(k, 3)``.
-        nearest: minimum distance of a hit of each shape, m, shape ``(n,)``.
         distances: length of each ray, shortened in place, shape ``(k,)``.
     """
+    kinds, sizes, radii, triangles, boxes = (
+        shapes.kinds, shapes.sizes, shapes.radii, shapes.triangles, shapes.boxes
+    )  # fmt: skip
     origin, ray = np.empty(3), np.empty(3)
     waiting = np.empty(MAX_DEPTH, np.int64)
-    for shape in range(len(kinds)):
+    for shape in _by_distance(places, radii, eye):
         if hidden[shape]:
             continue
         place, kind, size = places[shape], kinds[shape], sizes[shape]
@@ -250,13 +267,81 @@ def cast(
             for axis in range(3):
                 ray[axis] = place[0, axis] * x + place[1, axis] * y + place[2, axis] * z
             if kind == MESH:
-                first, end, root, leaves = meshes[shape]
+                first, end, root, leaves = shapes.meshes[shape]
                 mesh, tree = triangles[first:end], boxes[root:]
                 t = first_crossing(mesh, tree, leaves, origin, ray, nearest[shape], distances[i], waiting)
             else:
                 t = _entry(kind, size, origin, ray)
             if nearest[shape] <= t < distances[i]:
                 distances[i] = t
+
+
+@jit
+def _by_distance(places: FloatArray, radii: FloatArray, eye: FloatArray) -> IntArray:
+    """Return the shapes, the nearest first, so that most of the others can be skipped."""
+    away = np.empty(len(radii))
+    for shape in range(len(radii)):
+        x, y, z = places[shape, 0, 3] - eye[0], places[shape, 1, 3] - eye[1], places[shape, 2, 3] - eye[2]
+        away[shape] = sqrt(x * x + y * y + z * z) - radii[shape]
+    return np.argsort(away)
+
+
+@jit
+def _place(shapes: _Shapes, frames: FloatArray, places: FloatArray) -> None:
+    """Store the places of shapes that move, by those of their frames; both have the shape ``(n, 3, 4)``."""
+    for shape in range(len(shapes.held)):
+        if shapes.held[shape] != WORLD_FRAME:
+            _compose(frames[shapes.held[shape]], shapes.local[shape], places[shape])
+
+
+@jit
+def _compose(outer: FloatArray, inner: FloatArray, result: FloatArray) -> None:
+    """Store the transform that applies first the inner and then the outer one, all of shape ``(3, 4)``."""
+    for row in range(3):
+        x, y, z = outer[row, 0], outer[row, 1], outer[row, 2]
+        for column in range(4):
+            result[row, column] = x * inner[0, column] + y * inner[1, column] + z * inner[2, column]
+        result[row, 3] += outer[row, 3]
+
+
+@jit
+def _scan(
+    shapes: _Shapes,
+    places: FloatArray,
+    hidden: npt.NDArray[np.bool_],
+    nearest: FloatArray,
+    frame: FloatArray,
+    local: FloatArray,
+    directions: FloatArray,
+    reach: tuple[float, float, float],
+) -> FloatArray:
+    """Return the distance along each ray of a scanner, as :meth:`CollisionSpace.scan` does.
+
+    Args:
+        shapes: the shapes.
+        places: rotation and translation of each shape to the world, shape ``(n, 3, 4)``.
+        hidden: shapes that are ignored.
+        nearest: minimum distance of a hit of each shape, m, shape ``(n,)``.
+        frame: rotation and translation of the scanner's frame to the world, shape ``(3, 4)``.
+        local: those of the scanner to this frame.
+        directions: of the rays from the scanner, shape ``(k, 3)``.
+        reach: the minimum distance, the maximum distance, and the next number, m.
+    """
+    scanner, rays = np.empty((3, 4)), np.empty((len(directions), 3))
+    _compose(frame, local, scanner)
+    for i in range(len(rays)):
+        x, y, z = directions[i]
+        for axis in range(3):
+            rays[i, axis] = x * scanner[axis, 0] + y * scanner[axis, 1] + z * scanner[axis, 2]
+    low, high, beyond = reach
+    eye, distances = scanner[:, 3].copy(), np.full(len(rays), beyond)
+    _cast(shapes, places, hidden, nearest, eye, rays, distances)
+    for i in range(len(rays)):
+        if distances[i] > high:
+            distances[i] = inf
+        elif distances[i] < low:
+            distances[i] = -inf
+    return distances
 
 
 @jit
@@ -320,18 +405,20 @@ class _Scanner(NamedTuple):
     """A scanner in a space.
 
     Args:
+        hidden: the shapes that it ignores.
+        starts: minimum distance of a hit of each shape, m.
         frame: number of the frame that it moves with.
         local: its rotation and translation in that frame, shape ``(3, 4)``.
         directions: of its rays, shape ``(rays, 3)``.
-        hidden: the shapes that it ignores.
-        starts: minimum distance of a hit of each shape, m.
+        reach: the minimum distance, the maximum distance, and the next number, m.
     """
 
+    hidden: npt.NDArray[np.bool_]
+    starts: FloatArray
     frame: int
     local: FloatArray
     directions: FloatArray
-    hidden: npt.NDArray[np.bool_]
-    starts: FloatArray
+    reach: tuple[float, float, float]
 
 
 class CollisionSpace:
@@ -367,7 +454,7 @@ class CollisionSpace:
     def _observe(self, reader: Callable[[Sequence[BodyPath]], ReadFrames]) -> None:
         self._frames = np.tile(np.eye(3, 4), (1 + len(self._numbers), 1, 1))
         self._read = reader(list(self._numbers))
-        self._places = self._local.copy()
+        self._places = self._arrays.local.copy()
 
     def _set_up(self, geometries: Sequence[Geometry]) -> None:
         """Arrange the shapes in arrays."""
@@ -375,14 +462,18 @@ class CollisionSpace:
         meshes = [_triangles(each) for each in geometries]
         middles = [_middle(each) for each in meshes]
         meshes = [mesh - middle for mesh, middle in zip(meshes, middles, strict=True)]
-        self._kinds = np.array([_KINDS[type(each)] for each in geometries], np.int64)
-        self._sizes = np.array([_size(each) for each in geometries]).reshape(n, 3)
-        self._radii = np.array([_radius(*each) for each in zip(geometries, meshes, strict=True)])
-        self._trees = mesh_trees(meshes)
+        self._trees = trees = mesh_trees(meshes)
         places = [pose @ Pose(middle) for (_, pose), middle in zip(self._shapes, middles, strict=True)]
-        self._local = np.array([matrix_of(place) for place in places]).reshape(n, 3, 4)
-        self._held = np.array([self._numbers.get(path, WORLD_FRAME) for path in self._owners], np.int64)
-        self._moves = self._held != WORLD_FRAME
+        self._arrays = _Shapes(
+            np.array([_KINDS[type(each)] for each in geometries], np.int64),
+            np.array([_size(each) for each in geometries]).reshape(n, 3),
+            np.array([_radius(*each) for each in zip(geometries, meshes, strict=True)]),
+            trees.places,
+            trees.triangles,
+            trees.boxes,
+            np.array([self._numbers.get(path, WORLD_FRAME) for path in self._owners], np.int64),
+            np.array([matrix_of(place) for place in places]).reshape(n, 3, 4),
+        )
 
     def scan(self, model: str, link: str, beams: Beams) -> FloatArray:
         """Return the distance along each ray, layer by layer, m.
@@ -391,37 +482,27 @@ class CollisionSpace:
         the minimum distance (REP 117). The body that carries the scanner is ignored, and so are parts of its
         model that are nearer than the minimum.
         """
-        nearest, farthest = beams.reach
         self._update()
         scanner = self._scanner(model, link, beams)
-        local, frame = scanner.local, self._frames[scanner.frame]
-        turn, eye = product(frame[:, :3], local[:, :3]), product(frame[:, :3], local[:, 3]) + frame[:, 3]
-        rays = product(scanner.directions, turn.T)
-        distances = np.full(len(rays), np.nextafter(farthest, inf))
-        # the nearest first, so that most of the others can be skipped
-        order = np.argsort(np.linalg.norm(self._places[:, :, 3] - eye, axis=1) - self._radii)
-        kinds, sizes, radii = self._kinds[order], self._sizes[order], self._radii[order]
-        places, trees = self._places[order], self._trees
-        meshes = trees.places[order], trees.triangles, trees.boxes
-        shapes = (kinds, sizes, radii, places, *meshes, scanner.hidden[order])
-        cast(*shapes, eye, rays, scanner.starts[order], distances)
-        distances[distances > farthest] = inf
-        distances[distances < nearest] = -inf
-        return distances
+        frame = self._frames[scanner.frame]
+        hidden, starts, local, rays = scanner.hidden, scanner.starts, scanner.local, scanner.directions
+        return _scan(self._arrays, self._places, hidden, starts, frame, local, rays, scanner.reach)
 
     def _scanner(self, model: str, link: str, beams: Beams) -> _Scanner:
         """Return the data that all scans of a scanner share."""
         key = model, link, beams
         if key not in self._scanners:
+            low, high = map(float, beams.reach)
             index = body_of(self._bodies[model], link)
             body = self._bodies[model][index]
             held = next(part.pose for part in body.links if part.name == link)
             self._scanners[key] = _Scanner(
+                np.array([path == (model, index) for path in self._owners], bool),
+                np.where([owner == model for owner, _ in self._owners], low, 0.0),
                 self._numbers.get((model, index), WORLD_FRAME),
                 matrix_of(place_in_frame(body) @ held @ beams.pose),
                 directions(beams),
-                np.array([path == (model, index) for path in self._owners], bool),
-                np.where([owner == model for owner, _ in self._owners], beams.reach[0], 0.0),
+                (low, high, float(np.nextafter(high, inf))),
             )
         return self._scanners[key]
 
@@ -453,11 +534,7 @@ class CollisionSpace:
 
     def _update(self) -> None:
         self._read(self._frames[WORLD_FRAME + 1 :])
-        frames, local = self._frames[self._held[self._moves]], self._local[self._moves]
-        self._places[self._moves, :, :3] = product(frames[:, :, :3], local[:, :, :3])
-        self._places[self._moves, :, 3] = (
-            np.einsum("nij,nj->ni", frames[:, :, :3], local[:, :, 3]) + frames[:, :, 3]
-        )
+        _place(self._arrays, self._frames, self._places)
 
 
 _KINDS: Mapping[type[Geometry], int] = {
