@@ -247,7 +247,8 @@ class MujocoEngine(JointedEngine):
         if len(together) > 1 and are_alike and first._shared is not None:
             said = set(SAID)
             rows = [row for number in together if (row := engines[number]._row) is not None]
-            left = [together[place] for place in first._shared.steps_of(first._model, rows).take(steps)]
+            warned = first._shared.steps_of(first._model, rows).take(steps)
+            left = [together[place] for place in warned.tolist()]
             for text in SAID.keys() - said if left else ():
                 SAID.pop(text, None)
             for number in set(together) - set(left):

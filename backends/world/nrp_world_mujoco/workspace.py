@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from mujoco.batch import Batch, SimulationError
 
-from nrp_core._support.arrays import FloatArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_world_mujoco.library import mujoco
 from nrp_world_mujoco.muscles import COMPLETE, PresentState
 
@@ -96,7 +96,7 @@ class StateRow:
 
     def begin(self, model: Any, data: Any) -> None:
         """Write the state into data for steps, and keep it, with the gains."""
-        self.before, self.gains = self.numbers.copy(), self.own_gains.copy()
+        self.before[:], self.gains[:] = self.numbers, self.own_gains
         mujoco.mj_setState(model, data, self.numbers, COMPLETE)
 
     def load(self, model: Any, data: Any) -> None:
@@ -118,37 +118,35 @@ class StepsOfMany:
     """
 
     def __init__(self, model: Any, rows: Sequence[StateRow]) -> None:
-        self._rows = rows
-        self._batch = Batch(model, nsim=len(rows), nthread=1)
-        self._efforts = self._batch.bind("qfrc_actuator")
-        self._gains = self._batch.expand("actuator_biasprm") if rows[0].own_gains.size else None
+        from nrp_core._support.rows import Rows  # imported here since it loads a compiler
 
-    def take(self, steps: int) -> list[int]:
+        self._batch = Batch(model, nsim=len(rows), nthread=1)
+        self._states, self._before = Rows([row.numbers for row in rows]), Rows([row.before for row in rows])
+        self._efforts = Rows([row.qfrc_actuator for row in rows]), self._batch.bind("qfrc_actuator")
+        self._gains: tuple[Rows, Rows, FloatArray] | None = None
+        if rows[0].own_gains.size:
+            gains = self._batch.expand("actuator_biasprm").reshape(len(rows), -1)
+            self._gains = Rows([row.own_gains for row in rows]), Rows([row.gains for row in rows]), gains
+
+    def take(self, steps: int) -> IntArray:
         """Take steps.
 
         Returns:
             The numbers of the copies for which MuJoCo gave a warning; they keep the states before the steps.
         """
-        batch, rows = self._batch, self._rows
-        before = np.concatenate([row.numbers for row in rows]).reshape(batch.state.shape)
-        batch.state[:] = before
+        batch = self._batch
+        failed = np.zeros(len(batch.state), bool)
+        self._before.write(self._states.read(batch.state), failed)
         batch.warning[:] = 0
         if self._gains is not None:
-            gains = np.concatenate([row.own_gains for row in rows]).reshape(self._gains.shape)
-            self._gains[:] = gains
-            for row, own in zip(rows, gains, strict=True):
-                row.gains = own
+            own, last, gains = self._gains
+            last.write(own.read(gains), failed)
         try:
             batch.step(nstep=steps)
         except SimulationError as error:
-            failed = set(error.ids.tolist())
-        else:
-            failed = set()
-        failed.update(np.flatnonzero(batch.warning.any(axis=(1, 2))).tolist())
-        for number, (row, old, new, efforts) in enumerate(
-            zip(rows, before, batch.state, self._efforts, strict=True)
-        ):
-            if number not in failed:
-                row.before = old
-                row.numbers[:], row.qfrc_actuator[:] = new, efforts
-        return sorted(failed)
+            failed[error.ids] = True
+        failed |= batch.warning.any(axis=(1, 2))
+        self._states.write(batch.state, failed)
+        rows, efforts = self._efforts
+        rows.write(efforts, failed)
+        return np.flatnonzero(failed)
