@@ -28,13 +28,13 @@ from nrp_core.world.drives.muscles import muscles_of
 from nrp_core.world.engine_kit.firm_joints import JointPath, firm_joints
 from nrp_core.world.engine_kit.joint_servo import ExplicitServos, Stops, servoed_joints
 from nrp_core.world.engine_kit.simulated import Decay
+from nrp_core.world.engine_kit.soft_constraints import SoftConstraints, armatures_of, gains_of
 from nrp_world_pybullet.build import FAR_AWAY, BodyHandle, Built
 from nrp_world_pybullet.firm import BulletFirmJoints
 from nrp_world_pybullet.inertia import Inertia
 from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.motion import JointReader, Moving
 from nrp_world_pybullet.muscles import Muscles
-from nrp_world_pybullet.soft_constraints import SoftConstraints, armatures_of, gains_of
 
 USUAL: Final = 50
 """PyBullet's own number of iterations."""

@@ -9,7 +9,7 @@ from nrp_core.findings import Code, Findings
 from nrp_core.scene.model import Model
 from nrp_core.scene.origin import Native
 from nrp_core.world.drives.muscles import muscles_of
-from nrp_world_pybullet.soft_constraints import is_coupling
+from nrp_core.world.engine_kit.soft_constraints import is_coupling
 
 _MECHANISMS = ("contact", "equality", "tendon")
 """Sections with mechanisms; actuators report themselves, and settings of solvers are meant for one engine."""

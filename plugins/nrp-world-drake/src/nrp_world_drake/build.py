@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from math import isfinite
+from dataclasses import dataclass, field, replace
+from math import inf, isfinite
 from typing import Any, Final
 
 import numpy as np
@@ -14,11 +14,12 @@ from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Findings
 from nrp_core.scene.merged_bodies import Body, body_of
 from nrp_core.scene.rigid import BodyPath, Pose
-from nrp_core.world import WORLD, FloatArray, Joint, Model, Scene
+from nrp_core.world import WORLD, FloatArray, Joint, Model, Scene, muscles_of
 from nrp_core.world.engine_kit.firm_joints import FirmJoint, firm_joints
 from nrp_core.world.engine_kit.joint_servo import servoed_joints
 from nrp_core.world.engine_kit.planar_servo import PlanarServo, planar_drives, servo_of
 from nrp_core.world.engine_kit.simulated import simulated_bodies
+from nrp_core.world.engine_kit.soft_constraints import frictions_of, limits_of
 from nrp_world_drake.elements import armatures_of, report_mechanisms
 from nrp_world_drake.library import DiagramBuilder, multibody, scalar_first, spatial_inertia, transform, tree
 from nrp_world_drake.shapes import Shapes, parts_of
@@ -121,6 +122,7 @@ class _Builder:
         self._built = Built(self._plant, None)
         self._placed: dict[str, dict[str, Any]] = {}  # Drake's joints of each model
         self._post: Any = None
+        self._limited, self._rubbing = set[str](), set[str]()  # joints whose limits and friction are MuJoCo's
 
     def built(self) -> Built:
         for model in self._scene.models:
@@ -149,6 +151,9 @@ class _Builder:
         placed: list[tuple[Body, Any]] = []
         self._built.bodies[model.name] = placed
         self._placed[model.name] = {}
+        joints = [body.joint for body in bodies if body.joint is not None] if muscles_of(model) else []
+        self._limited = {joints[n].name for n, *_ in limits_of(joints, model)}
+        self._rubbing = {joints[n].name for n, *_ in frictions_of(joints, model)}
         for body in bodies:
             placed.append((body, self._add_body(model.name, body)))
             if body.parent is not None:
@@ -175,7 +180,8 @@ class _Builder:
             tree.FixedOffsetFrame(f"{name}/frame", holder.body_frame(), transform(at))
         )
         ends = frame, place.body_frame()
-        self._placed[model][joint.name] = self._plant.AddJoint(_joint(name, joint, ends))
+        free = replace(joint, lower=-inf, upper=inf) if joint.name in self._limited else joint
+        self._placed[model][joint.name] = self._plant.AddJoint(_joint(name, free, ends))
         self._built.placed[place.index()] = self._placed[model][joint.name]
         if joint.stiffness:
             spring = tree.PrismaticSpring if joint.kind == "prismatic" else tree.RevoluteSpring
@@ -211,6 +217,8 @@ class _Builder:
             motor = self._motor(model.name, name, "firm", firm.joint.effort)
             self._built.firm[model.name, name] = firm, motor
         for joint in (body.joint for body in bodies if body.joint is not None):
+            if joint.name in self._rubbing:
+                continue
             if joint.friction and joint.takes_commands:
                 motor = self._motor(model.name, joint.name, "friction", joint.friction, damping=HOLDING)
                 self._built.rubbing[model.name, joint.name] = motor

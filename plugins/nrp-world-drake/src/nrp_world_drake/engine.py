@@ -84,7 +84,9 @@ class DrakeEngine(JointedEngine):
         if control.decaying:
             pushes.append(control.pull)
         if self._muscles:
-            pushes.append(self._muscles.push)
+            pushes.append(self._muscles.push)  # which lets Drake read the inputs
+        elif pushes:
+            pushes.append(self._running.touch)
         try:
             self._step(steps, pushes)
         except RuntimeError as error:
@@ -99,7 +101,6 @@ class DrakeEngine(JointedEngine):
         for _ in range(steps):
             for push in pushes:
                 push()
-            self._running.touch()
             self._running.step()
 
     def _do_reset(self, seed: int) -> None:

@@ -29,6 +29,7 @@ from nrp_world_drake.library import (
     applied_force,
     multibody,
     scalar_first,
+    tree,
 )
 
 _PULLS: Final = Value[List[multibody.ExternallyAppliedSpatialForce]]
@@ -56,7 +57,9 @@ class Running:
         root = built.diagram.CreateDefaultContext()
         self._root, self.context = root, self.plant.GetMyMutableContextFromRoot(root)
         self._simulator = Simulator(built.diagram, root)
+        self._diagram, self._ahead = built.diagram, built.diagram.CreateDefaultContext()
         self._inputs: list[Any] = []
+        self._wrenches: list[Any] = []
         motors = self.plant.num_actuators()
         self._open(self.plant.get_actuation_input_port(), motors)
         instance = built.plant.world_body().model_instance()
@@ -97,14 +100,34 @@ class Running:
         Args:
             wrenches: bodies with a point in their frame (m), and a force (N) and torque (N m) in the world.
         """
-        found = [applied_force(body, *wrench) for body, wrench in wrenches]
-        self.plant.get_applied_spatial_force_input_port().FixValue(self.context, _PULLS(found))
+        self._wrenches = [applied_force(body, *wrench) for body, wrench in wrenches]
+        port = self.plant.get_applied_spatial_force_input_port()
+        port.FixValue(self.context, _PULLS(self._wrenches))
+
+    def efforts(self) -> FloatArray:
+        """Return the forces on coordinates now, shape ``(v,)``, without those of motors and constraints."""
+        plant, context = self.plant, self.context
+        forces = tree.MultibodyForces(plant)
+        plant.CalcForceElementsContribution(context, forces)  # gravity, springs and dampers
+        for each in self._wrenches:
+            body = plant.get_body(each.body_index)
+            at = plant.EvalBodyPoseInWorld(context, body).rotation().multiply(each.p_BoBq_B)
+            body.AddInForce(context, at, each.F_Bq_W, plant.world_frame(), forces)
+        efforts: FloatArray = plant.CalcGeneralizedForces(context, forces) - plant.CalcBiasTerm(context)
+        return efforts + self.forces + self.pulls
 
     def step(self, steps: int = 1) -> None:
         """Take physics steps."""
         self._steps += steps
         self._simulator.AdvanceTo(self._steps * self._step_s)
         self._state = None
+
+    def trial(self) -> FloatArray:
+        """Return the velocities after a step with the present forces, without taking it, shape ``(v,)``."""
+        self.touch()
+        self._diagram.CalcForcedUnrestrictedUpdate(self._root, self._ahead.get_mutable_state())
+        velocities: FloatArray = self.plant.GetVelocities(self.plant.GetMyContextFromRoot(self._ahead))
+        return velocities
 
     @property
     def state(self) -> FloatArray:

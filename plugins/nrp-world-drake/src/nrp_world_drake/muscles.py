@@ -1,9 +1,8 @@
 """Muscles, which Drake does not have: forces on coordinates, set before each step.
 
 The moment arms of a straight path follow from Drake's Jacobians of its points; those of muscles that wrap
-come from MuJoCo's routines. Drake takes forces at the start of a
-step, so that the force-velocity curve of a strong muscle would be unstable: its slope is added to the dampers
-of the joints, which Drake integrates implicitly.
+come from MuJoCo's routines. Drake takes forces at the start of a step, so that the force-velocity curve of a
+strong muscle would be unstable; see :mod:`~nrp_world_drake.damping`.
 """
 
 from __future__ import annotations
@@ -24,8 +23,9 @@ from nrp_core.world.engine_kit.muscles import (
     passive_force,
 )
 from nrp_core.world.engine_kit.wrapping import WrappingMuscles
-from nrp_world_drake.build import Built, JointPath
+from nrp_world_drake.build import Built
 from nrp_world_drake.control import DrakeFirmJoints
+from nrp_world_drake.damping import MuscleDamping
 from nrp_world_drake.library import tree
 from nrp_world_drake.motion import Running
 
@@ -46,7 +46,7 @@ class Muscles:
     def __init__(
         self, scene: Scene, built: Built, running: Running, firm: DrakeFirmJoints, step_s: float
     ) -> None:
-        self._running, self._firm, self._step_s = running, firm, step_s
+        self._running, self._step_s = running, step_s
         owned = [(model, muscle) for model in scene.models for muscle in muscles_of(model)]
         self._muscles = [muscle for _, muscle in owned]
         self._numbers = {(model.name, muscle.name): n for n, (model, muscle) in enumerate(owned)}
@@ -71,7 +71,8 @@ class Muscles:
         self._firsts = lasts - sizes - np.arange(len(sizes))  # the first segment of each muscle
         self._places = self._points.copy()
         self._jacobians = np.zeros((len(places), 3, running.plant.num_velocities()))
-        self._dampers = self._dampers_of(built) if owned else {}
+        models = [model for model in scene.models if muscles_of(model)]
+        self._damping = MuscleDamping(models, built, running, firm, step_s)
         self._controls, self._states = np.zeros(len(owned)), np.zeros((4, len(owned)))
         self._slopes = np.zeros(len(owned))
         self._moments = np.zeros((len(owned), running.plant.num_velocities()))
@@ -94,29 +95,14 @@ class Muscles:
     def __bool__(self) -> bool:
         return bool(self._muscles)
 
-    def _dampers_of(self, built: Built) -> dict[JointPath, tuple[Any, int]]:
-        """Return the joints of the models with muscles that have dampers, with their coordinates."""
-        models = {model for model, _ in self._numbers}
-        return {
-            (model, name): (handle.joint, handle.velocity)
-            for model in models
-            for name, handle in built.joints[model].items()
-            if handle.axis is None
-        }
-
     # -- steps
 
     def push(self) -> None:
         """Set the forces of the next step, and advance the activations."""
         self._update()
-        running, moments = self._running, self._moments
+        moments = self._moments
         self._exerted = -(self._states[TENSION] @ moments)
-        running.pulls[:] = self._exerted
-        damping = abs(moments.T * self._slopes @ moments).sum(axis=1)
-        for path, (joint, column) in self._dampers.items():
-            own = 0.0 if self._firm.leads(path) else joint.default_damping()
-            joint.SetDamping(running.context, own + damping[column])
-            running.pulls[column] += damping[column] * running.state[running.velocities_start + column]
+        self._damping.push(self._exerted, moments.T * self._slopes @ moments)
         for n, muscle in enumerate(self._muscles):
             rise, fall, smooth = muscle.activation_s, muscle.deactivation_s, muscle.smoothing
             rate = activation_rate(self._controls[n], self._states[ACTIVATION, n], rise, fall, smooth)
@@ -194,15 +180,17 @@ class Muscles:
 
     def release(self) -> None:
         """Remove all controls and activations, as at the start."""
-        self.restore((0.0, 0.0))
+        self._damping.forget()
+        self.restore((0.0, 0.0, self._damping.save()))
 
     def save(self) -> object:
-        """Return controls and activations."""
-        return self._controls.copy(), self._states[ACTIVATION].copy()
+        """Return controls, activations and what is known of the last step."""
+        return self._controls.copy(), self._states[ACTIVATION].copy(), self._damping.save()
 
     def restore(self, saved: Any) -> None:
         """Restore a state from :meth:`save`."""
-        self._controls[:], self._states[ACTIVATION] = saved
+        self._controls[:], self._states[ACTIVATION], damping = saved
+        self._damping.restore(damping)
         self._exerted = None
         self._running.pulls[:] = 0.0
 

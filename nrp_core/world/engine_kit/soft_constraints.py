@@ -1,8 +1,9 @@
 """The limits, couplings and dry friction of joints as MuJoCo has them: constraints that yield.
 
-PyBullet's own limits and couplings are hard. Muscles press joints against them for long, so that the two
-differ by as much as a radian after a second. These are the equations of MuJoCo's documentation
-("Computation", "Constraint model"): a constraint whose error is ``r`` pushes with a force ``f`` such that ::
+The limits of PyBullet are hard, and those of Drake are springs of their own. Muscles press joints
+against them for long, so that engines differ by as much as a radian after a second. These are the
+equations of MuJoCo's documentation ("Computation", "Constraint model"): a constraint whose error is
+``r`` pushes with a force ``f`` such that ::
 
     low <= f <= high,    J a + R f = -b J v - k d r    between these,    R = (1 - d) / d * mobility
 
@@ -130,7 +131,7 @@ def _stated(joints: Sequence[Joint], model: Model, attribute: str) -> Iterator[t
             yield n, joint, stated[joint.name]
 
 
-def _frictions(joints: Sequence[Joint], model: Model) -> Iterator[tuple[int, float, Reference]]:
+def frictions_of(joints: Sequence[Joint], model: Model) -> Iterator[tuple[int, float, Reference]]:
     """Yield the coordinates with dry friction that yields, and its effort; firm joints have their own."""
     firm = firm_names(model)
     for n, joint, element in _stated(joints, model, "solreffriction"):
@@ -138,7 +139,7 @@ def _frictions(joints: Sequence[Joint], model: Model) -> Iterator[tuple[int, flo
             yield n, joint.friction, Reference.read(element, "friction")
 
 
-def _limits(joints: Sequence[Joint], model: Model) -> Iterator[tuple[int, float, float, Reference]]:
+def limits_of(joints: Sequence[Joint], model: Model) -> Iterator[tuple[int, float, float, Reference]]:
     """Yield the coordinates with limits that yield: 1 for the lower and -1 for the upper one, and where."""
     for n, joint, element in _stated(joints, model, "solreflimit"):
         for side, limit in ((1.0, joint.lower), (-1.0, joint.upper)):
@@ -162,7 +163,7 @@ class SoftConstraints:
     def __init__(self, joints: Sequence[Joint], model: Model, inertia: FloatArray, step_s: float) -> None:
         names = [joint.name for joint in joints]
         self._couplings = list(_couplings(model, names))
-        frictions, limits = list(_frictions(joints, model)), list(_limits(joints, model))
+        frictions, limits = list(frictions_of(joints, model)), list(limits_of(joints, model))
         self.rubbing, self.limited = [n for n, *_ in frictions], sorted({n for n, *_ in limits})
         self._references = [each.reference for each in self._couplings]
         self._references += [each[-1] for each in frictions] + [each[-1] for each in limits]
