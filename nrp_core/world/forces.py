@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from nrp_core.scene.model import Model
 from nrp_core.scene.rigid import Wrench
 from nrp_core.world.engine import Engine
 from nrp_core.world.part import Part
@@ -22,7 +23,10 @@ class Push:
 
 
 class ForcesPart(Part):
-    """Sums the forces on each link and joint, and ends each at its time."""
+    """Sums the forces on each link and joint, and ends each at its time.
+
+    The sum of the efforts on a joint stays within the limit of the joint's effort, as in Gazebo.
+    """
 
     def __init__(self, engine: Engine) -> None:
         self._engine = engine
@@ -77,7 +81,8 @@ class ForcesPart(Part):
                 (self._turning.add if turns else self._turning.discard)(key)
             else:
                 efforts = [load for load in acting if not isinstance(load, Wrench)]
-                self._engine.set_joint_effort(model, name, sum(efforts))
+                limit = _effort_limit(self._engine.scene.model(model), name)
+                self._engine.set_joint_effort(model, name, min(max(sum(efforts), -limit), limit))
         times = [t for p in self._pushes for t in (p.start_ns, p.end_ns) if t is not None and t > now_ns]
         times += [now_ns + self._engine.step_ns] if self._turning else []
         self.deadline_ns = min(times, default=None)
@@ -89,6 +94,11 @@ def _key(push: Push) -> tuple[str, str, bool]:
 
 def _changes(push: Push, now_ns: int) -> bool:
     return push.start_ns <= now_ns or (push.end_ns is not None and push.end_ns <= now_ns)
+
+
+def _effort_limit(model: Model, coordinate: str) -> float:
+    """Return the limit of the effort of a joint, by a name of its coordinates."""
+    return next(joint.effort for joint in model.joints if coordinate in joint.coordinates)
 
 
 def _total(wrenches: list[Wrench]) -> Wrench:

@@ -286,6 +286,18 @@ def test_efforts_on_any_joint_add_up_and_end(open_world, advance):
     assert turned(world)[1] == pytest.approx(0.75 * 0.4 / INERTIA, rel=1e-3)
 
 
+@pytest.mark.parametrize("effort", [0.05, 0.5, -3.0])
+def test_efforts_from_outside_stay_within_the_limit_of_the_joint(open_world, advance, effort):
+    world = open_world(arm(effort=0.3))
+    for share in (effort, 2 * effort):
+        world.call("/gazebo/apply_joint_effort", "arm::hinge", share, duration=Duration(-1))
+    advance(world, 0.4)
+    world.call("/gazebo/clear_joint_forces", "arm::hinge")
+    advance(world, 0.4)
+    bounded = min(max(3 * effort, -0.3), 0.3)
+    assert turned(world)[1] == pytest.approx(bounded * 0.4 / INERTIA, rel=1e-3)
+
+
 def test_a_push_goes_on_after_a_snapshot(open_world, parts, advance, require_to_go_on):
     def open_ball():
         return open_world(free(ball(parts)))
