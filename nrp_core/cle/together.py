@@ -128,8 +128,12 @@ class EndsOfSteps:
                 failed[end.number] = error
                 continue
             try:
-                prepared = function.prepare(end.now_ns, end.t, call)
-            except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever users write may raise anything
+                if function.runs_users_code:
+                    limit = end.loop.time_limit
+                    prepared = limit.call(function.prepare, end.now_ns, end.t, call)
+                else:
+                    prepared = function.prepare(end.now_ns, end.t, call)
+            except (Exception, SystemExit, TimeLimitExceeded) as error:  # noqa: BLE001 - whatever users write may raise anything
                 end.loop.account.function_calls[function.name] += 1
                 _note(end, function, error, failed)
                 continue
@@ -177,7 +181,10 @@ def _call(batch: Sequence[Prepared], failed: Failures) -> None:
         try:
             if error is not None:
                 raise error
-            function.complete(result)
+            if function.runs_users_code:
+                limit.call(function.complete, result)
+            else:
+                function.complete(result)
         except (Exception, SystemExit, TimeLimitExceeded) as own:  # noqa: BLE001 - as above
             _note(end, function, own, failed)
     share_ns = (work.now_ns() - began) // len(batch)

@@ -371,6 +371,9 @@ class DeviceGroup(Adapter):
     def __repr__(self) -> str:
         return f"<DeviceGroup of {len(self)} devices>"
 
+    def runs_users_code(self) -> bool:
+        return any(device.runs_users_code() for device in self._devices)
+
     def refresh(self, now_ns: int) -> None:
         for device in self._devices:
             device.refresh(now_ns)

@@ -100,6 +100,8 @@ class TransferFunction:
     Attributes:
         deferring: the parameters with changes that wait for :meth:`deliver`, once bound.
         publisher: publishes its return value, once bound; None without a topic.
+        runs_users_code: whether :meth:`prepare` and :meth:`complete` run users' code, such as
+            ``pre_processing``.
         origin: equal for functions of the same text with the same values of parameters, which copies call
             together; by default its module.
 
@@ -245,6 +247,8 @@ class TransferFunction:
         later = Adapter.deliver
         self.deferring = {n: a for n, a in self._adapters.items() if type(a).deliver is not later}
         self._arguments = tuple(self._adapters.values())
+        used = self._arguments if self.publisher is None else (*self._arguments, self.publisher)
+        self.runs_users_code = any(adapter.runs_users_code() for adapter in used)
         self.active = self._active
 
     def _trigger(self, name: str) -> Adapter:

@@ -36,6 +36,10 @@ class Adapter:
 
     __slots__ = ()
 
+    def runs_users_code(self) -> bool:
+        """Return whether :meth:`refresh`, :meth:`commit` or sending runs code of users, which may hang."""
+        return not type(self).__module__.startswith("nrp_core.")
+
     def refresh(self, now_ns: int) -> None:
         """Update it just before the function runs."""
 
@@ -311,6 +315,9 @@ class SubscribedTopic(Adapter):
         )
         self._world.warnings.add(Code.NRP282, message, subject=self.name)
 
+    def runs_users_code(self) -> bool:
+        return self._process is not _unchanged
+
     @property
     def info(self) -> TopicInfo:
         """The description of the topic."""
@@ -389,6 +396,9 @@ class PublishedTopic(Adapter):
         self._wrap = _wrapper(info.type)
         is_plain = self._process is _unchanged and info.limits is None
         self._layout = find_layout(info.type) if is_plain else None
+
+    def runs_users_code(self) -> bool:
+        return self._process is not _unchanged
 
     @property
     def info(self) -> TopicInfo:

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from nrp_lab.side_by_side import SideBySide
 
 import nrp_core.dsl as nrp
+from nrp_core.brain import builder
 from nrp_core.cle import ClosedLoop
 from nrp_core.clock import NS_PER_MS
 from nrp_core.dsl.copies import gathered, rows_of
@@ -156,6 +157,50 @@ def test_each_copy_has_its_own_time_limit(vectorized):
     assert "0.2 s" in str(failed[1])
 
 
+def waits(message):
+    while message.data == 1.0:
+        pass
+    return message
+
+
+@pytest.mark.parametrize("on_error", ["stop", "quarantine"])
+@pytest.mark.parametrize(
+    ("received", "sent"),
+    [(nrp.PreprocessedTopic, nrp.Topic), (nrp.Topic, nrp.PreprocessedTopic)],
+    ids=["received", "sent"],
+)
+def test_a_message_whose_conversion_never_ends_fails_as_it_does_alone(received, sent, on_error):
+    def topic(kind, name):
+        return kind(name, Float64, waits) if kind is nrp.PreprocessedTopic else kind(name, Float64)
+
+    def make(number):
+        @nrp.MapRobotSubscriber("x", topic(received, "/in"), initial_value=Float64(0.0))
+        @nrp.Neuron2Robot(topic(sent, "/also"), vectorized=True)
+        def passes_on(t, x):
+            return Float64(x.value.data)
+
+        copy = Copy(passes_on, on_error=on_error, function_time_limit_s=0.2)
+        copy.give(float(number))
+        return copy
+
+    def seen(copy):
+        return copy.published, list(map(str, copy.loop.failures)), copy.loop.account.function_calls
+
+    copies, alone = [make(number) for number in range(3)], make(1)
+    try:
+        alone.loop.step()
+        expected = {}
+    except SimulationError as error:
+        expected = {1: str(error)}
+    with SideBySide() as together:
+        failed = together.step([copy.loop for copy in copies])
+        assert {number: str(error) for number, error in failed.items()} == expected
+    assert seen(copies[1]) == seen(alone)
+    assert len(alone.loop.failures) == 1
+    assert "0.2 s" in str(alone.loop.failures[0])
+    assert [len(copy.published) for copy in copies] == [2, 1, 2]
+
+
 @pytest.mark.parametrize(
     ("body", "kind"),
     [
@@ -258,6 +303,64 @@ def test_further_calls_are_not_made_after_one_that_fails_in_quarantine():
         assert len(copy.loop.failures) == len(alone.loop.failures) == 1
         assert copy.published == alone.published
         assert copy.loop.account.function_calls == alone.loop.account.function_calls
+
+
+def changing(name, change, *, vectorized, fails_at=None):
+    """Return a function that changes weights at each message."""
+
+    def function(t, w, x):
+        if fails_at == "first":
+            raise ValueError
+        w.values = change(w.values)
+        if np.all(np.asarray(x.value.data) == fails_at):
+            raise ValueError
+
+    function.__name__ = name
+    made = nrp.Robot2Neuron(["x"], calls="each", vectorized=vectorized)(function)
+    nrp.MapRobotSubscriber("x", nrp.Topic("/in", Float64))(made)
+    return nrp.MapWeights("w", nrp.brain.projection("a -> b"))(made)
+
+
+def learning(fails_at, *, vectorized, on_error):
+    """Return a loop with three functions that change weights, of which the second one fails."""
+    sim = builder()
+    a, b = (sim.Population(2, sim.IF_curr_exp(), label=name) for name in "ab")
+    synapse = sim.StaticSynapse(weight=0.5, delay=1.0)
+    sim.Projection(a, b, sim.AllToAllConnector(), synapse, label="a -> b")
+    more = np.nan if fails_at == "end" else 1.0
+    functions = [
+        changing("doubles", lambda values: 2.0 * values, vectorized=vectorized),
+        changing("adds", lambda values: values + more, vectorized=vectorized, fails_at=fails_at),
+        changing("triples", lambda values: 3.0 * values, vectorized=vectorized),
+    ]
+    brain, world = MockBrain(sim.network()), MockWorld({"/in": Float64})
+    loop = ClosedLoop(brain, world, functions, period_ns=STEP_NS, on_error=on_error)
+    for value in (1.0, 2.0):
+        loop.publish("/in", Float64(value))
+    return loop
+
+
+def learnt(loop):
+    active = [function.active for function in loop.functions]
+    return loop.brain.read_weights("a -> b").tolist(), list(map(str, loop.failures)), active
+
+
+@pytest.mark.parametrize("on_error", ["stop", "quarantine"])
+@pytest.mark.parametrize("vectorized", [False, True])
+@pytest.mark.parametrize("fails_at", ["first", 1.0, 2.0, "end"])
+def test_weights_after_a_function_that_changes_them_has_failed_are_those_alone(
+    fails_at, vectorized, on_error
+):
+    alone, *copies = [learning(fails_at, vectorized=vectorized, on_error=on_error) for _ in range(3)]
+    expected = []
+    try:
+        alone.step()
+    except SimulationError as error:
+        expected = [str(error)]
+    with SideBySide() as together:
+        assert [*map(str, together.step(copies).values())] == 2 * expected
+    assert [learnt(copy) for copy in copies] == 2 * [learnt(alone)]
+    assert len(alone.failures) == 1
 
 
 def test_an_engine_that_fails_at_the_end_of_a_step_ends_its_own_run_alone():
