@@ -340,7 +340,8 @@ class Engine(JointCommands):
         """Set the target velocity of a drive in several engines, if it can do so at once.
 
         Returns:
-            Whether it has; otherwise nothing has changed, and :meth:`set_drive` is called for each engine.
+            Whether it has. Otherwise, and after an error, :meth:`set_drive` is called for each engine:
+            nothing may have changed, or nothing that would change again.
         """
         return False
 

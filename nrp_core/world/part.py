@@ -61,7 +61,8 @@ class Part(ABC):
         """Receive numbers on one of the :attr:`number_topics` in several copies, if it can do so at once.
 
         Returns:
-            Whether it has; otherwise nothing has changed, and :meth:`write` is called for each part.
+            Whether it has. Otherwise, and after an error, :meth:`write` is called for each part: nothing may
+            have changed, or nothing that would change again.
         """
         return False
 

@@ -6,6 +6,7 @@ It is independent of physics. A topic without subscribers costs nothing.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -543,7 +544,7 @@ def release_all(boards: Sequence[Switchboard]) -> Failures:
             for number, messages in enumerate(held)
             if place < len(messages) and number not in failed
         }
-        for number in _written_together(boards, waiting, failed):
+        for number in _written_together(boards, waiting):
             del waiting[number]
         for number, message in waiting.items():
             note_failure(failed, number, partial(boards[number]._send, *message))
@@ -553,7 +554,6 @@ def release_all(boards: Sequence[Switchboard]) -> Failures:
 def _written_together(
     boards: Sequence[Switchboard],
     waiting: Mapping[int, tuple[str, Any, Sequence[float] | None]],
-    failed: Failures,
 ) -> list[int]:
     """Write numbers that parts of one kind take at once; return the numbers of their boards."""
     batches: dict[Any, list[tuple[int, Part]]] = {}
@@ -567,12 +567,7 @@ def _written_together(
         parts = [part for _, part in batch]
         rows = [waiting[number][2] for number, _ in batch]
         times_ns = [boards[number]._engine.now_ns for number, _ in batch]
-        try:
+        with suppress(Exception):  # each then gets its own numbers alone, and those that are bad fail alone
             if len(parts) > 1 and kind.write_all(parts, name, rows, times_ns):
                 done += [number for number, _ in batch]
-        except Exception as error:  # noqa: BLE001 - it is one of each copy
-            for number, _ in batch:
-                failed[number] = error
-                note_failure(failed, number, partial(boards[number]._fail, name, error))
-                done.append(number)
     return done

@@ -266,6 +266,27 @@ def test_a_world_whose_part_breaks_on_numbers_has_failed(batch, monkeypatch, gol
     assert not batch.failures
 
 
+def test_a_copy_whose_drive_breaks_fails_alone_in_a_command_that_all_take_at_once(
+    backend, scene, batch, monkeypatch
+):
+    engine = type(batch.worlds[1].engine)
+    monkeypatch.setattr(engine, "set_drive_of", classmethod(broken))
+    monkeypatch.setattr(batch.worlds[1].engine, "set_drive", broken)
+    publications = [world.advertise("/husky/cmd_vel") for world in batch.worlds]
+    for world, publication, row in zip(batch.worlds, publications, commands(0).tolist(), strict=True):
+        world.hold_messages()
+        publication.publish_numbers(row)
+    assert [*release_together(batch.worlds)] == [1]
+    assert [world.state is State.FAILED for world in batch.worlds] == [False, True, *[False] * 3]
+    batch.run_until(5 * STEP_NS)
+    assert [*batch.failures] == [1]
+    monkeypatch.undo()
+    with backend.open(scene, seed=SEEDS[2], options=backend.options()) as alone:
+        alone.advertise("/husky/cmd_vel").publish_numbers(commands(0)[2].tolist())
+        alone.run_until(5 * STEP_NS)
+        assert alone.snapshot().payload == batch.worlds[2].snapshot().payload
+
+
 @pytest.mark.parametrize(
     ("rows", "why"),
     [((2, 6), ""), ((5, 3), "needs 6 numbers"), ((5,), "needs 6 numbers")],
