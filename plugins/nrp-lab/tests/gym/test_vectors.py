@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import closing
+from functools import partial
 from typing import Any
 
 import gymnasium
@@ -9,6 +10,7 @@ import nrp_lab.gym
 import numpy as np
 import pytest
 from golden import Golden
+from gymnasium.spaces import flatten_space, unflatten
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from gymnasium.wrappers.vector import (
     FlattenObservation,
@@ -107,6 +109,106 @@ def test_copies_are_what_gymnasium_makes_of_single_environments(
     assert sum(one[2].sum() for one in steps), "some were terminated"
     assert sum(one[3].sum() for one in steps), "some reached the end of the experiment"
     assert len({float(one[0]["motion:pioneer"][copy, 0]) for one in steps for copy in range(COPIES)}) > 12
+
+
+FLAT = ["/pioneer/scan", "rate:feelers", "motion:pioneer"]
+TWO_ACTS = {
+    "source:feelers": (0.0, 300.0, 6.0),
+    "/pioneer/cmd_vel": {"linear.x": (0, 1), "angular.z": (-2, 2)},
+}
+
+
+def flattened(env: gymnasium.Env[Any, Any]) -> gymnasium.Env[Any, Any]:
+    """Return what wrappers of Gymnasium make of an environment with named observations and actions."""
+    acted = env.action_space
+    seen = gymnasium.wrappers.FlattenObservation(env)
+    return gymnasium.wrappers.TransformAction(seen, lambda row: unflatten(acted, row), flatten_space(acted))
+
+
+@pytest.fixture(scope="module")
+def pairs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Any]]:
+    """Flat copies, those that wrappers flatten, and flat single environments."""
+    file = tmp_path_factory.mktemp("functions") / "none.py"
+    file.write_text(FUNCTION.replace("steps += 1", "steps = 1"))
+    short = ["duration=100 ms", f"transfer_functions=[{file}]"]
+    named: dict[str, Any] = AGENT | {"experiment": "slalom_pioneer", "overrides": short}
+    named |= {"observe": FLAT, "act": TWO_ACTS}
+    flat = named | {"flat": True}
+    with (
+        closing(SyncVectorEnv([lambda: flattened(make_env(**named))] * COPIES)) as wrapped,
+        closing(SyncVectorEnv([lambda: make_env(**flat)] * COPIES)) as alone,
+        closing(make_vec(num_envs=COPIES, **flat)) as together,
+    ):
+        yield {"one by one": wrapped, "alone": alone, "together": together, "settings": flat}
+
+
+@pytest.mark.one_of(2)
+@pytest.mark.parametrize("made", ["alone", "together"])
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+def test_flat_copies_are_what_wrappers_of_gymnasium_make_of_single_environments(
+    pairs: dict[str, Any], made: str, mode: AutoresetMode
+) -> None:
+    assert_flat(pairs[made], pairs["one by one"], mode)
+
+
+@pytest.mark.heavy
+def test_flat_copies_in_processes_are_the_same(pairs: dict[str, Any]) -> None:
+    flat = pairs["settings"] | {"num_envs": 2, "processes": 2, "autoreset_mode": "SameStep"}
+    with closing(make_vec(**flat)) as found:
+        assert_flat(found, pairs["one by one"], AutoresetMode.SAME_STEP)
+
+
+def assert_flat(found: Any, expected: Any, mode: AutoresetMode) -> None:
+    """Check that flat copies are those of wrappers, also if the caller uses the array of actions again."""
+    assert found.observation_space == expected.observation_space
+    assert found.action_space == expected.action_space
+    for envs in (found, expected):
+        envs.autoreset_mode = mode
+    assert_equal(found.reset(seed=5), expected.reset(seed=5))
+    draw, ends = np.random.default_rng(0), 0
+    for _ in range(12):
+        action = draw.uniform((0, -2, 0), (1, 2, 300), (COPIES, 3))
+        used = action.copy()
+        stepped = found.step(used)
+        used[:] = np.nan
+        assert_equal(stepped, expected.step(action))
+        assert stepped[0].dtype == np.float64
+        ends += int((stepped[2] | stepped[3]).sum())
+    assert ends
+
+
+def test_an_image_stays_of_bytes_for_rewards_and_becomes_a_float_beside_rates() -> None:
+    kinds = set()
+
+    def reward(_: Any, seen: dict[str, Any]) -> float:
+        kinds.add((seen["/husky/camera"].dtype, seen["/husky/camera"].shape))
+        return float(seen["/husky/camera"][0, 0, 0])
+
+    settings: dict[str, Any] = {"act": ["source:sensors"], "reward": reward, "steps": 2}
+    overrides = ["world.options.image_scale=0.1", "transfer_functions=[]", "criteria=null", "events=null"]
+    seen = ["rate:actors", "/husky/camera"]
+    wrapped = flattened(make_env("braitenberg_husky", overrides, observe=seen, **settings))
+    with closing(SyncVectorEnv([lambda: wrapped])) as expected:
+        for observe, theirs in ((seen, expected), (seen[1:], None)):
+            flat = {"num_envs": 1, "flat": True, "observe": observe}
+            with closing(make_vec("braitenberg_husky", overrides, **settings, **flat)) as found:
+                assert found.observation_space.dtype == (np.float64 if theirs else np.uint8)
+                rows = found.reset(seed=1)[0], *found.step(np.full((1, 1), 50.0))[:2]
+                if theirs:
+                    assert found.observation_space == theirs.observation_space
+                    assert_equal(rows, (theirs.reset(seed=1)[0], *theirs.step(np.full((1, 1), 50.0))[:2]))
+    ((kind, shape),) = kinds
+    assert (kind, len(shape)) == (np.uint8, 3)
+
+
+def test_flat_actions_need_an_action_and_the_shape_of_all(pairs: dict[str, Any], golden: Golden) -> None:
+    for make in (make_env, partial(make_vec, num_envs=2)):
+        with golden.raises(ExperimentError, match="at least one action"):
+            make("slalom_pioneer", observe=["rate:wheels"], flat=True)
+    pairs["together"].reset(seed=1)
+    for action in (np.zeros(3), {"source:feelers": np.zeros((2, 1))}):
+        with golden.raises(ExperimentError, match=r"\(2, 3\)"):
+            pairs["together"].step(action)
 
 
 def test_wrappers_of_gymnasium_do_with_copies_what_they_do_with_single_environments(
@@ -285,8 +387,7 @@ def test_wrong_shares_are_noticed(
         monkeypatch.setattr("nrp_lab.gym.vector_processes.seeds_of", lambda seed, copies: [5] * copies)
     else:
         right = vector_processes.rows_of
-        swapped = lambda given, space: {name: rows[::-1] for name, rows in right(given, space).items()}  # noqa: E731
-        monkeypatch.setattr(vector_processes, "rows_of", swapped)
+        monkeypatch.setattr(vector_processes, "rows_of", lambda given, space: right(given, space)[::-1])
     mode = AutoresetMode.SAME_STEP
     with pytest.raises(AssertionError):
         assert_equal(tuple(episodes(spread, mode)), tuple(episodes(alone, mode)))
@@ -298,8 +399,10 @@ def test_wrong_arguments_and_a_lost_process_are_named(spread: NrpProcessesEnv, g
     spread.reset(seed=1)
     with golden.raises(NrpError, match=r"'source:feelers'.*\(2, 1\).*\(3, 1\)"):
         spread.step({"source:feelers": np.zeros((3, 1))})
-    with golden.raises(NrpError, match="'source:feelers'"):
-        spread._all(vector_processes._step, [{}] * COPIES)  # an error in a process is an error here
+    with golden.raises(NrpError, match="3 seeds"):
+        spread._all(
+            vector_processes._reset, [([1, 2, 3], np.array([True]))] * COPIES
+        )  # an error in a process is an error here
     spread._workers[1].process.kill()
     with golden.raises(NrpError):
         spread.step({"source:feelers": np.zeros((2, 1))})

@@ -20,7 +20,7 @@ from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment import Run
 from nrp_core.utilities import takes
 from nrp_lab.gym.brain_reward import BrainReward
-from nrp_lab.gym.spaces import SOURCE, Actions, Observed, act_on, observe
+from nrp_lab.gym.spaces import SOURCE, Actions, Layout, Observed, act_on, observe
 
 Reward: TypeAlias = Callable[[Run, dict[str, Any]], float] | Mapping[str, float]
 """Returns the reward of the last step from the run and the observation by name; or weights of observables."""
@@ -44,6 +44,7 @@ class Agent:
     same_noise: bool
     reward_to: MapReward | None = None
     max_episode_steps: int | None = None
+    flat: bool = False
 
     def __post_init__(self) -> None:
         if not isinstance(self.steps, int) or self.steps < 1:
@@ -91,6 +92,8 @@ class AgentRun:
     Attributes:
         acted, observed: the actions and observations by their names.
         actions: the actions together.
+        layout: where the observations lie in one array; None: each has its own.
+        observation_space, action_space: the spaces of the agent.
         decided: the criteria, and whether they are met; None: undecided.
     """
 
@@ -120,16 +123,11 @@ class AgentRun:
         self._brain_reward = None if agent.reward_to is None else BrainReward(run, agent.reward_to)
         self._start = run.snapshot() if agent.same_noise else None
         self.decided: dict[str, bool | None] = {}
-
-    @property
-    def observation_space(self) -> spaces.Dict:
-        """The observations."""
-        return spaces.Dict({name: one.space for name, one in self.observed.items()})
-
-    @property
-    def action_space(self) -> spaces.Dict:
-        """The actions."""
-        return spaces.Dict({name: one.space for name, one in self.acted.items()})
+        seen = spaces.Dict({name: one.space for name, one in self.observed.items()})
+        self.layout = Layout(seen) if agent.flat else None
+        self.observation_space: spaces.Space[Any] = self.layout.space if self.layout else seen
+        acted = self.actions.space
+        self.action_space: spaces.Space[Any] = Layout(acted).space if agent.flat else acted
 
     def begin(self, draw: Callable[[], int]) -> None:
         """Begin an episode.

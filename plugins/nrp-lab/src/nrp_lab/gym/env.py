@@ -23,7 +23,7 @@ from nrp_lab.gym.agent_run import (
     bounds_by_name,
     warn_of_findings,
 )
-from nrp_lab.gym.spaces import values_of
+from nrp_lab.gym.spaces import Actions, rows_of, values_of
 
 _LEGS = [f"{row}_{side}" for row in ("front", "middle", "rear") for side in ("left", "right")]
 _SPEEDS = {"linear.x": (-1.0, 1.0), "angular.z": (-2.0, 2.0)}
@@ -116,6 +116,8 @@ class NrpEnv(gymnasium.Env[Any, Any]):
             acts from its end on. Learned weights of all projections are kept from episode to episode; between
             two, the brain rests without input until the dopamine has decayed.
         render_mode: None or ``rgb_array``.
+        flat: whether the observations are one array and the actions are one, in the order and with the type
+            of Gymnasium's ``flatten_space``. ``reward`` and ``terminate`` get the observations by name.
 
     Attributes:
         run: the run; it stays open until :meth:`close`.
@@ -140,11 +142,12 @@ class NrpEnv(gymnasium.Env[Any, Any]):
         same_noise: bool = False,
         reward_to: MapReward | None = None,
         render_mode: str | None = None,
+        flat: bool = False,
     ) -> None:
         if render_mode not in (None, "rgb_array"):
             raise ExperimentError(f"render_mode is None or 'rgb_array', not {render_mode!r}")
         acted = bounds_by_name(act)
-        agent = Agent(observe, acted, reward, terminate, steps, same_noise, reward_to)
+        agent = Agent(observe, acted, reward, terminate, steps, same_noise, reward_to, flat=flat)
         self.render_mode = render_mode
         self.run = open_run(experiment, overrides)
         try:
@@ -154,8 +157,8 @@ class NrpEnv(gymnasium.Env[Any, Any]):
         except BaseException:
             self.run.close()
             raise
-        self.observation_space = self._agent_run.observation_space
-        self.action_space = self._agent_run.action_space
+        self.observation_space: Any = self._agent_run.observation_space
+        self.action_space: Any = self._agent_run.action_space
         self._reads = [(name, one.read) for name, one in self._agent_run.observed.items()]
         self._refusal: str | None = NOT_BEGUN
         self._is_over = False
@@ -165,7 +168,7 @@ class NrpEnv(gymnasium.Env[Any, Any]):
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, Any], dict[str, Any]]:
+    ) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; its noise follows from ``seed``, or from the last given seed.
 
         Raises:
@@ -178,22 +181,25 @@ class NrpEnv(gymnasium.Env[Any, Any]):
             self._warn_once(f"reset() takes no options: {options!r:.60} has no effect")
         self._refusal, self._is_over = None, False
         self._agent_run.begin(lambda: int(self.np_random.integers(2**31)))
-        return self._observation(), {"t_s": 0.0}
+        return self._returned(self._observation()), {"t_s": 0.0}
 
-    def step(self, action: Mapping[str, Any]) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Act, take the steps, and observe; the episode is truncated at the end of the experiment."""
         if self._refusal is not None:
             raise ExperimentError(self._refusal)
         agent_run, run = self._agent_run, self.run
         if self._is_over:
             self._warn_once("step() after the end of an episode: reset() begins the next one")
-        agent_run.actions.apply(action)
+        if agent_run.layout is None:
+            agent_run.actions.apply(action)
+        else:
+            Actions.apply_all([agent_run.actions], rows_of(action, self.action_space)[np.newaxis])
         run.run_until_ns(run.loop.now_ns + self._period_ns)
         observation, now_ns = self._observation(), run.loop.now_ns
         reward, terminated, truncated = agent_run.judge(observation, now_ns)
         self._is_over = terminated or truncated
         info = {"t_s": seconds(now_ns), "criteria": dict(agent_run.decided)}
-        return observation, reward, terminated, truncated, info
+        return self._returned(observation), reward, terminated, truncated, info
 
     def render(self) -> Any:
         """Return the last image of a camera, shape ``(height, width, 3)``; black before the first."""
@@ -217,6 +223,10 @@ class NrpEnv(gymnasium.Env[Any, Any]):
         for name, read in self._reads:  # in each step: no comprehension, which is one more call
             seen[name] = read()
         return seen
+
+    def _returned(self, seen: dict[str, Any]) -> Any:
+        layout = self._agent_run.layout
+        return seen if layout is None else layout.flatten(seen)
 
 
 def _open_camera(run: Run) -> Any:

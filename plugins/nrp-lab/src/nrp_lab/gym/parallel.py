@@ -84,10 +84,7 @@ class NrpParallelEnv(ParallelEnv):  # type: ignore[misc]
             name: Dict({one: agent_run.observed[one].space for one in agent.observe})
             for name, agent in self._given.items()
         }
-        self.action_spaces = {
-            name: Dict({one: agent_run.acted[one].space for one in agent.act})
-            for name, agent in self._given.items()
-        }
+        self.action_spaces = {name: actions.space for name, actions in self._actions.items()}
         self.possible_agents, self.agents = [*self._given], list[str]()
         self._random, _ = np_random()
         self._refusal: str | None = "reset() comes before the first step()"

@@ -9,7 +9,7 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from gymnasium.spaces import Box
+from gymnasium.spaces import Box, Dict, flatdim, flatten_space
 
 from nrp_core.brain import FloatArray, PoissonSource, PopulationRate
 from nrp_core.clock import seconds
@@ -479,23 +479,94 @@ def act_on(run: Run, names: Mapping[str, Any]) -> dict[str, Acted]:
     return found
 
 
+class Layout:
+    """Where the arrays of a space lie in the single one to which Gymnasium flattens them.
+
+    Args:
+        space: the arrays by their names.
+
+    Attributes:
+        space: the single array.
+
+    Raises:
+        ExperimentError: there are no arrays, so the space cannot be flattened.
+    """
+
+    def __init__(self, space: Dict) -> None:
+        if not space.spaces:
+            raise ExperimentError("flat=True needs at least one action; without it, the space is no Box")
+        self.space: Box = flatten_space(space)  # type: ignore[assignment]
+        self._shapes = {name: one.shape or () for name, one in space.spaces.items()}
+        self._places = places_of(space)
+
+    def views(self, rows: Any) -> dict[str, Any]:
+        """Return the arrays of all rows by their names, as views, shape ``(rows, *shape of one)``."""
+        return {
+            name: rows[:, place].reshape(len(rows), *self._shapes[name])
+            for name, place in self._places.items()
+        }
+
+    def flatten(self, values: Mapping[str, Any]) -> Any:
+        """Return arrays in one of their own."""
+        return np.concatenate([np.ravel(values[name]) for name in self._places])
+
+
+def places_of(space: Dict) -> dict[str, slice]:
+    """Return the places of arrays in the single one to which Gymnasium flattens them."""
+    places, end = {}, 0
+    for name, one in space.spaces.items():
+        places[name] = slice(end, end := end + flatdim(one))
+    return places
+
+
+def rows_of(actions: Any, space: Dict | Box) -> FloatArray:
+    """Return actions as Gymnasium flattens them, a new array with a row for each copy.
+
+    Args:
+        actions: of all copies.
+        space: what they must be.
+
+    Raises:
+        ExperimentError: one is missing, or has another shape.
+    """
+    if isinstance(space, Box):
+        if np.shape(actions) != space.shape:
+            given = f"{type(actions).__name__} of the shape {np.shape(actions)}"
+            raise ExperimentError(f"flat actions are an array of the shape {space.shape}, not {given}")
+        return np.array(actions, np.float64)
+    rows = [np.empty((0, 0))]
+    for name, one in space.spaces.items():
+        if name not in actions:
+            raise ExperimentError(f"there is no action for '{name}'; it is {one}")
+        rows.append(np.asarray(actions[name], np.float64))
+        if rows[-1].shape != one.shape:
+            raise ExperimentError(f"the action '{name}' has the shape {one.shape}, not {rows[-1].shape}")
+    return np.concatenate(rows[1:] or rows, axis=1)
+
+
 class Actions:
     """The actions of a run, by name.
 
     Args:
         run: the run.
         acted: the actions; those that are numbers of topics are applied together.
+
+    Attributes:
+        space: the actions by their names.
     """
 
     def __init__(self, run: Run, acted: Mapping[str, Acted]) -> None:
-        self._shapes = {name: one.shape for name, one in acted.items()}
-        numbers = [name for name, one in acted.items() if one.topic is not None]
+        self.space = Dict({name: one.space for name, one in acted.items()})
+        self._shapes = {name: acted[name].shape for name in self.space.spaces}
+        places = places_of(self.space)
+        numbers = [name for name in places if acted[name].topic is not None]
         together = numbers if len(numbers) > 1 else []
-        self._names = [[name] for name in acted if name not in together] + ([together] if together else [])
-        self._parts = [
-            acted[names[0]] if len(names) == 1 else ActedNumbers(run, [acted[name] for name in names])
-            for names in self._names
-        ]
+        names_of = [[name] for name in places if name not in together] + ([together] if together else [])
+        self._parts: list[tuple[Acted, list[int]]] = []
+        for names in names_of:
+            columns = [column for name in names for column in range(places[name].start, places[name].stop)]
+            several = ActedNumbers(run, [acted[name] for name in names]) if len(names) > 1 else None
+            self._parts.append((several or acted[names[0]], columns))
 
     def apply(self, action: Any) -> None:
         """Apply a mapping with an array for each action.
@@ -507,24 +578,21 @@ class Actions:
         if not isinstance(action, (dict, Mapping)) or action.keys() != self._shapes.keys():
             listed = ", ".join(map(repr, self._shapes)) or "nothing"
             raise ExperimentError(f"an action is a dict with an array for {listed}, not {action!r:.60}")
-        rows = {}
+        values = [np.empty(0)]
         for name, shape in self._shapes.items():
-            rows[name] = values = np.asarray(action[name], float)
-            if values.shape != shape:
-                raise ExperimentError(f"the action '{name}' has the shape {shape}, not {values.shape}")
-        for names, part in zip(self._names, self._parts, strict=True):
-            row = rows[names[0]] if len(names) == 1 else np.concatenate([rows[name] for name in names])
-            part.apply_all([part], row[np.newaxis])
+            values.append(np.asarray(action[name], float))
+            if values[-1].shape != shape:
+                raise ExperimentError(f"the action '{name}' has the shape {shape}, not {values[-1].shape}")
+        self.apply_all([self], np.concatenate(values)[np.newaxis])
 
     @staticmethod
-    def apply_all(copies: Sequence[Actions], rows: Mapping[str, FloatArray]) -> None:
+    def apply_all(copies: Sequence[Actions], rows: FloatArray) -> None:
         """Apply actions in several copies of a run.
 
         Args:
             copies: the actions of the copies.
-            rows: arrays by the name of the action, a row for each copy.
+            rows: a row for each copy, as Gymnasium flattens its actions.
         """
-        first = copies[0]
-        for place, names in enumerate(first._names):
-            parts = [one._parts[place] for one in copies]
-            parts[0].apply_all(parts, np.concatenate([rows[name] for name in names], axis=1))
+        for place, (first, columns) in enumerate(copies[0]._parts):
+            parts = [one._parts[place][0] for one in copies]
+            first.apply_all(parts, rows if len(columns) == rows.shape[1] else rows[:, columns])

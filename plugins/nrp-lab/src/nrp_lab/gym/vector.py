@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from gymnasium.spaces import Dict
 from gymnasium.utils.seeding import np_random
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
@@ -25,7 +24,7 @@ from nrp_core.world.batch import threads_for
 from nrp_lab.copies import calls_text, python_calls
 from nrp_lab.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name, warn_of_findings
 from nrp_lab.gym.env import CLOSED, NOT_BEGUN
-from nrp_lab.gym.spaces import Actions
+from nrp_lab.gym.spaces import Actions, rows_of
 from nrp_lab.side_by_side import SideBySide
 
 _logger = logging.getLogger(__name__)
@@ -94,23 +93,6 @@ def masked(options: dict[str, Any] | None, copies: int) -> list[int]:
     return numbers
 
 
-def rows_of(actions: Mapping[str, Any], space: Dict) -> dict[str, FloatArray]:
-    """Return the actions of all copies, a row for each.
-
-    Raises:
-        ExperimentError: one is missing, or has another shape.
-    """
-    found: dict[str, FloatArray] = {}
-    for name, one in space.spaces.items():
-        if name not in actions:
-            raise ExperimentError(f"there is no action for '{name}'; it is {one}")
-        rows = np.asarray(actions[name], np.float64)
-        if rows.shape != one.shape:
-            raise ExperimentError(f"the action '{name}' has the shape {one.shape}, not {rows.shape}")
-        found[name] = rows
-    return found
-
-
 def require_going(over: BoolArray, mode: AutoresetMode) -> None:
     """Refuse a step of copies at their end if they are not reset by it.
 
@@ -155,13 +137,16 @@ def times_of(copies: Sequence[AgentRun], chosen: Sequence[int], infos: Infos | N
     return infos
 
 
-def final_infos(copies: Sequence[AgentRun], ended: Sequence[int], seen: dict[str, Any]) -> Infos:
+def final_infos(copies: Sequence[AgentRun], ended: Sequence[int], seen: Any) -> Infos:
     """Return the last observations and infos of copies that are reset in the step of their end."""
     mask = np.zeros(len(copies), np.bool_)
     mask[ended] = True
     last = np.full(len(copies), None, object)
     for number in ended:
-        last[number] = {name: rows[number].copy() for name, rows in seen.items()}
+        if isinstance(seen, dict):
+            last[number] = {name: rows[number].copy() for name, rows in seen.items()}
+        else:
+            last[number] = seen[number].copy()
     found = {"final_obs": last, "final_info": infos_of(copies, ended)}
     return found | {f"_{name}": mask.copy() for name in found}
 
@@ -198,8 +183,8 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
     ``options={"reset_mask": ...}``.
 
     Args:
-        experiment, overrides, observe, act, reward, terminate, steps, same_noise, reward_to: as for a single
-            environment; ``reward`` and ``terminate`` are called for each copy.
+        experiment, overrides, observe, act, reward, terminate, steps, same_noise, reward_to, flat: as for a
+            single environment; ``reward`` and ``terminate`` are called for each copy.
         num_envs: number of copies.
         max_episode_steps: number of steps after which an episode is truncated, as Gymnasium passes it on for
             registered environments; by default only the experiment's end truncates.
@@ -237,6 +222,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         threads: int = 0,
         render_mode: str | None = None,
+        flat: bool = False,
     ) -> None:
         require_number("num_envs", num_envs, 1)
         require_number("threads", threads, 0)
@@ -247,7 +233,9 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
                 f"copies have no render_mode ({render_mode!r}); render a single environment"
             )
         acted = bounds_by_name(act)
-        agent = Agent(observe, acted, reward, terminate, steps, same_noise, reward_to, max_episode_steps)
+        agent = Agent(
+            observe, acted, reward, terminate, steps, same_noise, reward_to, max_episode_steps, flat
+        )
         self.autoreset_mode = mode_of(autoreset_mode)
         self._opened = ExitStack()
         try:
@@ -293,7 +281,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, Any], dict[str, Any]]:
+    ) -> tuple[Any, dict[str, Any]]:
         """Begin an episode of every copy, or of those in a mask.
 
         Args:
@@ -312,21 +300,24 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
         self._has_begun = True
         return self.seen_now(), times_of(self._copies, chosen)
 
-    def step(
-        self, actions: Mapping[str, Any]
-    ) -> tuple[dict[str, Any], FloatArray, BoolArray, BoolArray, dict[str, Any]]:
+    def step(self, actions: Any) -> tuple[Any, FloatArray, BoolArray, BoolArray, Infos]:
         """Act, take the steps and observe; reset finished copies by the autoreset mode."""
+        return self.step_rows(rows_of(actions, self.action_space))
+
+    def step_rows(self, rows: FloatArray) -> tuple[Any, FloatArray, BoolArray, BoolArray, Infos]:
+        """Do the same with actions as Gymnasium flattens them, a row for each copy."""
         self._require_open()
         if not self._has_begun:
             raise ExperimentError(NOT_BEGUN)
         over = self._terminated | self._truncated
         require_going(over, self.autoreset_mode)
         beginning, stepped = np.flatnonzero(over).tolist(), np.flatnonzero(~over).tolist()
-        self._act(actions, stepped)
+        if stepped:
+            Actions.apply_all([self._copies[number].actions for number in stepped], rows[stepped])
         failed = self._advance(stepped)
         self._begin(beginning)
-        seen = self._observe(failed)
-        self._judge([number for number in stepped if number not in failed], seen, failed)
+        seen, parts = self._observe(failed)
+        self._judge([number for number in stepped if number not in failed], parts, failed)
         self._raise(failed)
         rewards = self._rewards.copy()
         terminated, truncated = self._terminated.copy(), self._truncated.copy()
@@ -350,12 +341,6 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
             raise ExperimentError(CLOSED)
 
     # -- the parts of a step
-
-    def _act(self, actions: Mapping[str, Any], stepped: Sequence[int]) -> None:
-        rows = rows_of(actions, self.action_space)
-        if stepped:
-            chosen = [self._copies[number].actions for number in stepped]
-            Actions.apply_all(chosen, {name: row[stepped] for name, row in rows.items()})
 
     def _advance(self, stepped: Sequence[int]) -> Failures:
         """Take the steps of some copies, and return the errors of those that failed."""
@@ -391,22 +376,30 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
             self._random[number], _ = np_random()
         return int(self._random[number].integers(2**31))
 
-    def seen_now(self) -> dict[str, Any]:
-        """Return new arrays with the observations of all copies, a row for each.
+    def seen_now(self) -> Any:
+        """Return new arrays, or one, with the observations of all copies, a row for each.
 
         Raises:
             SimulationError: a copy cannot be observed.
         """
         failed: Failures = {}
-        seen = self._observe(failed)
+        seen, _ = self._observe(failed)
         self._raise(failed)
         return seen
 
-    def _observe(self, failed: Failures) -> dict[str, Any]:
-        """Return the observations of all copies, and add the errors of those that cannot be observed."""
-        seen: dict[str, Any] = {}
-        for name, space in self.observation_space.spaces.items():
-            seen[name] = rows = np.empty(space.shape, space.dtype)
+    def _observe(self, failed: Failures) -> tuple[Any, dict[str, Any]]:
+        """Return the observations of all copies as they are returned and by name.
+
+        Args:
+            failed: gets the errors of copies that cannot be observed.
+        """
+        seen: Any
+        layout, space = self._copies[0].layout, self.observation_space
+        if layout is None:
+            parts = seen = {name: np.empty(one.shape, one.dtype) for name, one in space.spaces.items()}
+        else:
+            parts = layout.views(seen := np.empty(space.shape, space.dtype))
+        for name, rows in parts.items():
             observed = [copy.observed[name] for copy in self._copies]
             try:
                 observed[0].read_all(observed, rows)
@@ -416,11 +409,14 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
                         one.read_all([one], rows[number : number + 1])
                     except Exception as error:  # noqa: BLE001 - raised when the others are judged
                         failed.setdefault(number, error)
-        return seen
+        return seen, parts
 
     def _judge(self, stepped: Iterable[int], seen: dict[str, Any], failed: Failures) -> None:
         """Set the rewards and ends of copies that were stepped, and add the errors of those that fail."""
         own: dict[str, Any] = {}
+        if self._judges:  # an image keeps its type
+            kinds = self._copies[0].observed
+            seen = {name: rows.astype(kinds[name].space.dtype, copy=False) for name, rows in seen.items()}
         for number in stepped:
             if self._judges:
                 own = {name: rows[number] for name, rows in seen.items()}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack, suppress
 from functools import partial
 from itertools import pairwise
@@ -17,7 +17,8 @@ from gymnasium.vector.utils import CloudpickleWrapper, batch_space
 from nrp_core.brain import BoolArray, FloatArray
 from nrp_core.errors import SimulationError
 from nrp_core.utilities import Worker
-from nrp_lab.gym.vector import NrpVectorEnv, joined, masked, require_going, require_number, rows_of, seeds_of
+from nrp_lab.gym.spaces import rows_of
+from nrp_lab.gym.vector import NrpVectorEnv, joined, masked, require_going, require_number, seeds_of
 
 
 class NrpProcessesEnv(VectorEnv[Any, Any, Any]):
@@ -73,7 +74,7 @@ class NrpProcessesEnv(VectorEnv[Any, Any, Any]):
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, Any], dict[str, Any]]:
+    ) -> tuple[Any, dict[str, Any]]:
         """Begin an episode of every copy, or of those in a mask; see :meth:`.NrpVectorEnv.reset`."""
         seeds, chosen = seeds_of(seed, self.num_envs), masked(options, self.num_envs)
         mask = np.zeros(self.num_envs, np.bool_)
@@ -84,14 +85,12 @@ class NrpProcessesEnv(VectorEnv[Any, Any, Any]):
         )
         return _rows(seen), joined(list(zip(self._sizes, infos, strict=True)))
 
-    def step(
-        self, actions: Mapping[str, Any]
-    ) -> tuple[dict[str, Any], FloatArray, BoolArray, BoolArray, dict[str, Any]]:
+    def step(self, actions: Any) -> tuple[Any, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
         """Act, take the steps and observe; see :meth:`.NrpVectorEnv.step`."""
         require_going(self._over, self.autoreset_mode)
         rows = rows_of(actions, self.action_space)
-        tasks = [{name: row[share] for name, row in rows.items()} for share in self._shares]
-        seen, rewards, terminated, truncated, infos = zip(*self._all(_step, tasks), strict=True)
+        stepped = self._all(_step, [rows[share] for share in self._shares])
+        seen, rewards, terminated, truncated, infos = zip(*stepped, strict=True)
         ends = np.concatenate(terminated), np.concatenate(truncated)
         self._over = ends[0] | ends[1]
         together = joined(list(zip(self._sizes, infos, strict=True)))
@@ -159,7 +158,9 @@ def _warn(texts: Iterable[str]) -> None:
             warnings.warn(text, stacklevel=4)
 
 
-def _rows(parts: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def _rows(parts: Sequence[Any]) -> Any:
+    if not isinstance(parts[0], dict):
+        return np.concatenate(parts)
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
@@ -180,11 +181,11 @@ def _open(task: tuple[Any, int]) -> tuple[Any, Any, dict[str, Any], list[str]]:
     return copies.single_observation_space, copies.single_action_space, copies.metadata, messages
 
 
-def _reset(task: tuple[list[int | None], BoolArray]) -> tuple[dict[str, Any], dict[str, Any]]:
+def _reset(task: tuple[list[int | None], BoolArray]) -> tuple[Any, dict[str, Any]]:
     (copies,), (seeds, mask) = _COPIES, task
     return copies.reset(seed=seeds, options={"reset_mask": mask}) if mask.any() else (copies.seen_now(), {})
 
 
-def _step(task: dict[str, FloatArray]) -> tuple[Any, ...]:
+def _step(rows: FloatArray) -> tuple[Any, ...]:
     (copies,) = _COPIES
-    return copies.step(task)
+    return copies.step_rows(rows)
