@@ -17,7 +17,7 @@ from nrp_core.scene.loops import LOOP_KINDS, Freedom, Loop, Tie
 from nrp_core.scene.model import Joint, Mimic
 from nrp_core.scene.reading.context import Element, Reading
 from nrp_core.scene.reading.plugins import name_of_file
-from nrp_core.scene.rigid import Pose
+from nrp_core.scene.rigid import Pose, Vector
 from nrp_core.scene.sdf.compound import COMPOUND, Row, direction, second, with_axis
 from nrp_core.scene.sdf.frames import Frames
 
@@ -230,7 +230,7 @@ def _ends(joint: Element, frames: Frames) -> tuple[str, str]:
     """Return parent and child."""
     name = joint.attribute("name")
     parent, child = (_link(joint.require(tag), frames) for tag in ("parent", "child"))
-    if child == WORLD:
+    if child == WORLD != frames.base:
         raise joint.error(f"the world cannot be the child of the joint '{name}'; it can be the parent")
     if parent == child:
         raise joint.error(f"the joint '{name}' connects the link '{child}' with itself")
@@ -283,6 +283,8 @@ def read_world_joints(
             _warn_of_gearbox(joint, "it is outside of the models whose joints it couples", reading)
             continue
         row = read_joint(joint, frames, version, reading)
+        if row[-1].child == WORLD:  # from SDF 1.10
+            row = _reversed(row)
         owner, other = (end.partition("::")[0] for end in (row[-1].child, row[0].parent))
         if other not in (owner, WORLD) and any(each.mimic for each in row):
             name, kind = joint.attribute("name"), joint.attribute("type")
@@ -291,6 +293,19 @@ def read_world_joints(
             joint.passed_over = True
         else:
             yield owner, row
+
+
+def _reversed(row: Row) -> Row:
+    """Return a joint whose child holds the parent, with the same positions."""
+    return tuple(
+        replace(joint, parent=joint.child, child=joint.parent, axis=_negative(joint.axis))
+        for joint in reversed(row)
+    )
+
+
+def _negative(vector: Vector) -> Vector:
+    x, y, z = vector
+    return -x, -y, -z
 
 
 def tie_of(row: Row, poses: Mapping[str, Pose], kinds: Mapping[str, str]) -> Tie | None:

@@ -92,7 +92,6 @@ JOINT = '<joint name="j" type="fixed"><parent>{0}</parent><child>{1}</child></jo
             "'robt'.*'robot'",
         ),
         (JOINT.format("world", "robot::bass"), "'robot::bass'.*'robot::base'"),
-        (JOINT.format("robot", "world"), "'j'"),
         (JOINT.format("robot::base", "robot"), "'j'.*'robot::base'"),
     ],
 )
