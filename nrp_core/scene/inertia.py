@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.small_matrices import length, principal_axes, product
+from nrp_core.scene.meshes.shapes import kind_of_solid
 from nrp_core.scene.meshes.stl import read_stl
 from nrp_core.scene.meshes.triangles import Triangles
 from nrp_core.scene.model import Box, Capsule, Collision, Cylinder, Geometry, Inertial, Mesh, Sphere
@@ -117,11 +118,12 @@ _MARGIN = 1e-3  # margin of a repair from the limit, for rounding in engines
 def shape_inertia(geometry: Geometry, density: float = WATER) -> Inertial | None:
     """Return the mass properties of a homogeneous solid, in its frame; None for planes.
 
-    A mesh is the solid that it bounds.
+    A mesh is the solid that it bounds, but ellipsoids and cones are those without facets.
 
     Raises:
         SceneError: the file of a mesh cannot be used.
     """
+    centre = Pose()
     match geometry:
         case Box((x, y, z)):
             mass = density * x * y * z
@@ -139,11 +141,18 @@ def shape_inertia(geometry: Geometry, density: float = WATER) -> Inertial | None
             across = barrel / 12 * (3 * r * r + length * length)
             across += caps * (0.4 * r * r + 0.375 * r * length + length * length / 4)
             moments = (across, across, barrel / 2 * r * r + 0.4 * caps * r * r)
+        case Mesh(path, (x, y, z)) if kind_of_solid(path) == "ellipsoid":
+            mass = density * 4 / 3 * pi * x * y * z
+            moments = (mass / 5 * (y * y + z * z), mass / 5 * (x * x + z * z), mass / 5 * (x * x + y * y))
+        case Mesh(path, (r, _, z)) if kind_of_solid(path) == "cone":
+            mass, centre = density / 3 * pi * r * r * z, Pose((0.0, 0.0, -z / 4))
+            across = 3 / 80 * mass * (4 * r * r + z * z)
+            moments = (across, across, 0.3 * mass * r * r)
         case Mesh(path, scale):
             return solid_of(read_stl(path) * scale, density)
         case _:
             return None
-    return Inertial(mass, Pose(), (*moments, 0.0, 0.0, 0.0))
+    return Inertial(mass, centre, (*moments, 0.0, 0.0, 0.0))
 
 
 def collision_inertia(collisions: Iterable[tuple[Collision, float]]) -> Inertial | None:

@@ -235,3 +235,8 @@ def unit_solid(kind: str) -> Path:
 
     (path,) = cached_meshes(f"unit-{kind}-{_VERSION}", make)
     return path
+
+
+def kind_of_solid(path: Path) -> str | None:
+    """Return what the file of a mesh is, of the kinds that have a unit solid."""
+    return next((kind for kind in _PROFILES if path.stem == f"unit-{kind}-{_VERSION}-0000"), None)

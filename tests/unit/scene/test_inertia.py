@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.scene.inertia import collision_inertia, equivalent_box, repair_inertia, shape_inertia
-from nrp_core.scene.model import Box, Capsule, Collision, Cylinder, Geometry, Inertial, Plane, Sphere
+from nrp_core.scene.meshes.shapes import unit_solid
+from nrp_core.scene.model import Box, Capsule, Collision, Cylinder, Geometry, Inertial, Mesh, Plane, Sphere
 from nrp_core.scene.rigid import Pose
 
 lengths = st.floats(0.01, 3)
@@ -44,6 +45,22 @@ def test_the_moments_of_a_solid_are_those_of_the_points_in_it(geometry: Geometry
     assert solid is not None
     assert solid.mass == pytest.approx(mass, rel=0.03)
     assert solid.inertia[:3] == pytest.approx(squares.sum() - squares, rel=0.04)
+
+
+def test_ellipsoids_and_cones_have_the_moments_of_round_solids() -> None:
+    """Engines have them as meshes. The formulas are textbooks'; a cone's frame is at half its height."""
+    egg = shape_inertia(Mesh(unit_solid("ellipsoid"), (0.1, 0.2, 0.3)), 1000.0)
+    mass = 1000 * 4 / 3 * pi * 0.1 * 0.2 * 0.3
+    squares = np.array([0.1, 0.2, 0.3]) ** 2 / 5 * mass
+    assert egg is not None
+    assert (egg.mass, *egg.inertia[:3]) == pytest.approx((mass, *(squares.sum() - squares)), rel=1e-12)
+    cone = shape_inertia(Mesh(unit_solid("cone"), (0.2, 0.2, 0.6)), 1000.0)
+    mass = 1000 / 3 * pi * 0.2**2 * 0.6
+    across = mass * (3 / 20 * 0.2**2 + 3 / 80 * 0.6**2)
+    assert cone is not None
+    moments = (across, across, 3 / 10 * mass * 0.2**2)
+    assert (cone.mass, *cone.inertia[:3]) == pytest.approx((mass, *moments), rel=1e-12)
+    assert cone.pose.position == pytest.approx((0, 0, -0.15))
 
 
 def test_planes_weigh_nothing() -> None:

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import pi
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +9,7 @@ from golden import Golden
 
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
-from nrp_core.scene.inertia import LEAST_MOMENT, shape_inertia
+from nrp_core.scene.inertia import LEAST_MOMENT
 from nrp_core.scene.meshes.stl import read_stl, write_stl
 from nrp_core.scene.meshes.triangles import Triangles
 from nrp_core.scene.model import (
@@ -382,14 +381,11 @@ def test_cones_and_ellipsoids_are_meshes_of_their_size(link: LinkReader) -> None
     cone = "<geometry><cone><radius>1</radius><length>2</length></cone></geometry>"
     egg = "<geometry><ellipsoid><radii>1 2 3</radii></ellipsoid></geometry>"
     sizes = []
-    for shape, exact in ((cone, 2 / 3 * pi), (egg, 8 * pi)):
+    for shape in (cone, egg):
         collided = link(collision("", shape)).collisions[0].geometry
         assert isinstance(collided, Mesh)
         corners = read_stl(collided.path).reshape(-1, 3) * collided.scale
         sizes.append(np.ptp(corners, axis=0).tolist())
-        solid = shape_inertia(collided, 1.0)
-        assert solid is not None
-        assert solid.mass == pytest.approx(exact, rel=0.03)
     assert np.array(sizes) == pytest.approx(np.array([[2, 2, 2], [2, 4, 6]]), rel=0.01)
 
 
