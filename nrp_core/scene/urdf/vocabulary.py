@@ -83,6 +83,8 @@ _PARAMETERS: Final = ("mimic", "multiplier", "initial_value", "min", "max")
 """The names of parameters of joints and their interfaces that ros2_control itself has."""
 _HARMLESS: Final = {("collision", "material")}
 """What exporters write in vain: a collision is not seen."""
+_FORMER: Final = "joint_properties"
+"""What had the attributes of <dynamics> once."""
 _ALIKE: Final = 0.6
 _OF_ROS: Final = ("transmission", "ros2_control", "command_interface", "state_interface", "param")
 _CLOSE: Final = 0.8
@@ -174,10 +176,16 @@ def _check_misplaced(child: Element, parent: Element, valid: frozenset[str], not
         hint = f"; it belongs in {' or '.join(holders)}"
     elif not holders and _resembles(child.tag, valid, _CLOSE if of_ros else _ALIKE):
         hint = did_you_mean(child.tag, valid)
+    elif child.tag == _FORMER and parent.find("dynamics") is None and _slows(child):
+        hint = "; it is <dynamics> now"
     else:
         return
     message = f"URDF has no <{child.tag}> in a <{parent.tag}>: ignored{hint}"
     notes.warn(child, Code.NRP383, message, subject=child.tag)
+
+
+def _slows(former: Element) -> bool:
+    return any(former.attributes.get(name, "").strip("0.") for name in _KNOWN["dynamics"][0])
 
 
 def _resembles(name: str, known: frozenset[str], cutoff: float = _ALIKE) -> bool:

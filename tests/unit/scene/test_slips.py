@@ -98,6 +98,12 @@ _URDF = """<robot name="arm">
             "URDF has no <collision> in a <visual>: ignored; it belongs in <link>",
         ),
         ("</geometry></collision>", "</geometry><material name='grey'/></collision>", None),  # as exported
+        (
+            "<dynamics ",
+            "<joint_properties ",
+            "URDF has no <joint_properties> in a <joint>: ignored; it is <dynamics",
+        ),
+        ("<axis ", '<joint_properties damping="9"/><axis ', None),  # for other programs, beside <dynamics>
         ("<axis ", '<axis xyz="1 0 0"/><axis ', "a second <axis> in the <joint> 'shoulder' is ignored"),
     ],
 )
