@@ -162,7 +162,7 @@ class _Builder:
         for drive in planar_drives(model):
             self._add_drive(model, drive, bodies)
         self._add_motors(model, bodies)
-        report_mechanisms(model, self._built.warnings)
+        report_mechanisms(model, [each.name for each in joints if each.coordinates], self._built.warnings)
 
     def _add_body(self, model: str, body: Body) -> Any:
         if body.fixed:

@@ -2,55 +2,42 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from nrp_core.world import Code, Findings, Model
+from nrp_core.world.engine_kit.mechanisms import is_set, lacking_parts
 
-_SECTIONS = ("contact", "equality", "tendon")
 _NUMBERS = {"gravcomp": "body", "stiffness": "joint", "density": "option", "viscosity": "option"}
 """Attributes that are effects if they are not 0, and the elements that have them."""
 
 
 def armatures_of(model: Model) -> Mapping[str, float]:
     """Return the inertia of the motors of a model's joints by their names, kg m^2 or kg."""
-    elements = [each for each in model.native if each.tag == "joint"]
-    found = {each.attribute("name") or "": _number(each.attribute("armature")) for each in elements}
+    driven = [each for each in model.native if each.tag == "joint" and is_set(each, "armature")]
+    found = {each.attribute("name") or "": float(each.attribute("armature") or 0) for each in driven}
     return {name: inertia for name, inertia in found.items() if inertia > 0}
 
 
-def report_mechanisms(model: Model, warnings: Findings) -> None:
-    """Report the mechanisms of a model that Drake does not have."""
-    for subject, what in _lacking(model):
-        message = f"Drake does not have {what} of '{model.name}'"
-        warnings.add(Code.NRP260, message, subject=subject)
+def report_mechanisms(model: Model, coupled: Sequence[str], warnings: Findings) -> None:
+    """Report the mechanisms of a model that Drake does not have.
+
+    Args:
+        model: the model.
+        coupled: its joints with the couplings of MJCF.
+        warnings: receives the reports.
+    """
+    for subject, what in _lacking(model, coupled):
+        warnings.add(Code.NRP260, f"Drake does not have {what}", subject=subject)
 
 
-def _lacking(model: Model) -> Iterator[tuple[str, str]]:
-    links = {link.name for link in model.links}
-    sections = [each for each in model.native if each.tag in _SECTIONS]
-    pairs = [(section.tag, part) for section in sections for part in section.children]
-    # in no engine but MuJoCo links of one model touch each other, so that nothing has to exclude them
-    counts = Counter(
-        (section, part.tag)
-        for section, part in pairs
-        if part.tag != "exclude" or not {part.attribute("body1"), part.attribute("body2")} <= links
-    )
-    for (section, tag), count in counts.items():
-        yield tag, f"the {count} <{tag}> in <{section}>"
+def _lacking(model: Model, coupled: Sequence[str]) -> Iterator[tuple[str, str]]:
+    of = f"of '{model.name}'"
+    yield from lacking_parts(model, model.native, coupled)
     for name, tag in _NUMBERS.items():
-        if count := sum(each.tag == tag and _number(each.attribute(name)) != 0 for each in model.native):
-            yield name, f"the {name} of {count} <{tag}>"
+        if count := sum(each.tag == tag and is_set(each, name) for each in model.native):
+            yield name, f"the {name} of {count} <{tag}> {of}"
     shapes = [shape for link in model.links for shape in link.collisions]
     if count := sum(bool(shape.torsion or shape.rolling) for shape in shapes):
-        yield "torsional", f"the torsional and rolling friction of {count} collisions"
-    if any(each.tag == "contact" and each.attribute("self") == "true" for each in sections):
-        yield "contact", "the contacts between parts"
-
-
-def _number(text: str | None) -> float:
-    """Return the number in an attribute, 0 for none; MuJoCo reports what is not a number."""
-    try:
-        return float(text or 0)
-    except ValueError:
-        return 0.0
+        yield "torsional", f"the torsional and rolling friction of {count} collisions {of}"
+    if any(each.tag == "contact" and each.attribute("self") == "true" for each in model.native):
+        yield "contact", f"the contacts between parts {of}"
