@@ -334,8 +334,8 @@ def _with_imperfections(experiment: Experiment, scene: Scene, collector: Collect
             noise = None if section.noise is None else Noise(section.bias, section.noise)
             delay = None if section.delay is None else seconds(section.delay)
             scene = with_imperfection(scene, topic, noise=noise, delay=delay, drop_out=section.drop_out)
-    delays = ((topic, seconds(section.delay)) for topic, section in experiment.world.commands.items())
-    return replace(scene, command_delays=tuple(delays))
+    delays = tuple((topic, seconds(section.delay)) for topic, section in experiment.world.commands.items())
+    return replace(scene, command_delays=delays) if delays else scene  # a new scene is checked again
 
 
 def _with_ranges(experiment: Experiment, scene: Scene, collector: Collector) -> Scene:

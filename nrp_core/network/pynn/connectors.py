@@ -13,6 +13,7 @@ import reprlib
 from collections.abc import Iterator
 from copy import copy, deepcopy
 from itertools import pairwise
+from math import inf
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -42,6 +43,9 @@ _COLUMNS: Final = 20
 _BYTES_PER_VALUE: Final = 8
 """Memory for each parameter that differs between synapses; parts are freed as they are joined."""
 
+_SMALL: Final = 1 << 16
+"""Fewer bytes fit everywhere; asking for the free memory takes longer than connecting."""
+
 
 def require_room(connector: Any, projection: Any) -> None:
     """Check that the synapses of a connector will fit into memory.
@@ -54,8 +58,8 @@ def require_room(connector: Any, projection: Any) -> None:
     own = sum(not value.is_homogeneous for _, value in values)
     # one index of each synapse, both in parts and joined; the other index ascends
     each = 2 * np.dtype(index_type(n_pre)).itemsize + own * _BYTES_PER_VALUE
-    free = free_bytes()
-    if free is None or (n_pre * n_post * each <= free and not _repeats(connector)):
+    most = inf if _repeats(connector) else n_pre * n_post * each
+    if most <= _SMALL or (free := free_bytes()) is None or most <= free:
         return
     expected = expected_synapses(connector, projection)
     name = type(connector).__name__
