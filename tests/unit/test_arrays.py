@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core._support.arrays import CACHE_LINE, aligned_copy, unset
+from nrp_core._support.rows import Rows
 
 RECORD = np.dtype([("a", np.int32), ("b", np.float64)])
 
@@ -42,3 +46,31 @@ def test_unset_numbers_can_be_set_and_outlive_other_names(size: int) -> None:
     part = numbers[size // 2 :].reshape(1, -1)
     del numbers
     assert part[0].tolist() == list(range(size // 2, size))
+
+
+@pytest.mark.parametrize("shape", [(), (3,), (7, 10), (0,)])
+def test_rows_are_read_from_arrays_and_written_to_those_that_are_not_skipped(shape: tuple[int, ...]) -> None:
+    arrays = [np.full(shape, float(number)) for number in range(5)]
+    kept, n = [weakref.ref(array) for array in arrays], arrays[0].size
+    rows = Rows(arrays)
+    arrays.clear()
+    gc.collect()
+    table = rows.read()
+    assert table.tolist() == [[float(number)] * n for number in range(5)]
+    rows.write(10.0 + table, np.array([True, False, True, False, False]))
+    after = [array.ravel().tolist() for ref in kept if (array := ref()) is not None]
+    assert after == [[number] * n for number in (0.0, 11.0, 2.0, 13.0, 14.0)]
+    assert rows.read(table) is table
+    assert table.tolist() == after
+
+
+@pytest.mark.parametrize("other", [np.zeros(3), np.zeros(2, np.float32), np.zeros((2, 2)).T[0]])
+def test_rows_of_arrays_that_differ_are_refused(other: Any, golden: Golden) -> None:
+    with golden.raises(ValueError):
+        Rows([np.zeros(2), other])
+
+
+@pytest.mark.parametrize("shape", [(2, 3), (3, 2), (4,)])
+def test_rows_refuse_an_array_of_another_shape(shape: tuple[int, ...], golden: Golden) -> None:
+    with golden.raises(ValueError):
+        Rows([np.zeros(2)] * 2).read(np.zeros(shape))

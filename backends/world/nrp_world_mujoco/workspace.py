@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from mujoco.batch import Batch, SimulationError
@@ -64,6 +64,8 @@ class SharedWorkspace(threading.local, Workspace):
 class StateRow:
     """The state of a copy, without MuJoCo's data; its arrays have the names of those in the data.
 
+    Their numbers change in place: :class:`StepsOfMany` knows where they are.
+
     Args:
         model: the compiled model.
         has_gains: whether the gains of its servos can change.
@@ -77,11 +79,11 @@ class StateRow:
     """
 
     def __init__(self, model: Any, *, has_gains: bool) -> None:
-        self.numbers = np.zeros(mujoco.mj_stateSize(model, COMPLETE))
-        self.before: FloatArray = self.numbers.copy()
-        self.own_gains: FloatArray = model.actuator_biasprm if has_gains else np.empty(0)
-        self.gains = self.own_gains.copy()
-        self.qfrc_actuator = np.zeros(model.nv)
+        self.numbers: Final = np.zeros(mujoco.mj_stateSize(model, COMPLETE))
+        self.before: Final[FloatArray] = self.numbers.copy()
+        self.own_gains: Final[FloatArray] = model.actuator_biasprm if has_gains else np.empty(0)
+        self.gains: Final = self.own_gains.copy()
+        self.qfrc_actuator: Final = np.zeros(model.nv)
         kinds = mujoco.mjtState
         self.qpos = self._part(model, kinds.mjSTATE_QPOS)
         self.qvel = self._part(model, kinds.mjSTATE_QVEL)

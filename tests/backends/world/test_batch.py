@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
+
 import numpy as np
 import pytest
 from golden import Golden
@@ -13,7 +15,7 @@ from nrp_core.scene.devices import Noise
 from nrp_core.scene.model import Box, Scene
 from nrp_core.scene.rigid import ModelMotion, Pose, ServoTarget
 from nrp_core.simulation import State
-from nrp_core.world.batch import release_together
+from nrp_core.world.batch import advance_together, release_together
 
 STEP_NS = 20_000_000
 SEEDS = (3, 1, 4, 1, 5)
@@ -152,6 +154,48 @@ def test_forces_of_the_last_step_do_not_depend_on_later_gains(backend, read):
         copied = felt(batch.worlds[1])
     with backend.open(scene, seed=SEEDS[1], options=backend.options()) as alone:
         assert felt(alone) == copied
+
+
+def act(world, choice, value, saved):
+    """Change the gains and the target of a servo, reset, save, or restore what was saved."""
+    if choice == "reset":
+        world.reset()
+    elif choice == "save":
+        saved[:] = [world.snapshot()]
+    elif choice == "restore" and saved:
+        world.restore(saved[0])
+    else:
+        world.engine.set_servo_target("robot", "j", ServoTarget(10.0 + value, 0.1 * value, effort=value))
+
+
+def test_some_of_the_copies_go_on_after_resets_and_restored_states_as_each_does_alone(backend, read):
+    scene = Scene((read(HANGING + joint("revolute", axis("0 1 0")) + SERVO),))
+    n, random, options = len(SEEDS), np.random.default_rng(8), backend.options()
+    with ExitStack() as opened:
+        copies = opened.enter_context(
+            backend.open_batch(scene, seeds=SEEDS, options=options, threads=1)
+        ).worlds
+        runs = [opened.enter_context(backend.open(scene, seed=seed, options=options)) for seed in SEEDS]
+        saved = [([], []) for _ in SEEDS]
+        for _ in range(80):
+            for number in random.permutation(n)[: random.integers(3)]:
+                choice, value = (
+                    random.choice(["reset", "save", "restore", "gains", "gains"]),
+                    random.uniform(0, 4),
+                )
+                for each, kept in zip((copies[number], runs[number]), saved[number], strict=True):
+                    act(each, choice, value, kept)
+            chosen = (
+                random.permutation(n)[: random.choice([1, 2, n])] if random.random() < 0.5 else np.arange(n)
+            )
+            going = [copies[number] for number in chosen]
+            assert advance_together(going, [world.now_ns + STEP_NS for world in going]) == {}
+            for number in chosen:
+                runs[number].run_until(runs[number].now_ns + STEP_NS)
+            for copied, alone in zip(copies, runs, strict=True):
+                assert copied.snapshot().payload == alone.snapshot().payload
+        wrenches = [[world.engine.joint_wrench("robot", "j") for world in each] for each in (copies, runs)]
+        assert wrenches[0] == wrenches[1]
 
 
 @pytest.mark.parametrize("reads_before", [False, True])
