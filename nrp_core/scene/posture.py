@@ -138,18 +138,25 @@ def start_positions(model: Model) -> Mapping[str, float]:
     """
     given = dict(model.starts)
     movable = {joint.name: joint for joint in model.joints if joint.takes_commands}
-
-    def start(name: str, followers: frozenset[str] = frozenset()) -> float:
-        joint = movable.get(name)
-        if joint is None or name in given:
-            return given.get(name, 0.0)
-        if joint.mimic is None or name in followers:  # joints that follow each other in a circle are at 0
-            return _within(joint, 0.0)
-        leader = start(joint.mimic.leader, followers | {name})
-        return _within(joint, joint.mimic.multiplier * leader + joint.mimic.offset)
-
-    starts = {name: position for name in movable if (position := start(name))}
+    led = {
+        name: given.get(name, _within(joint, 0.0))
+        for name, joint in movable.items()
+        if joint.mimic is None or name in given
+    }
+    every = with_followers(model, led)
+    starts = {name: every[name] for name in movable if every.get(name)}
     return closing(model, starts, list(given)) if starts and model.loops else starts
+
+
+def with_followers(model: Model, positions: Mapping[str, float]) -> dict[str, float]:
+    """Return positions of joints and those of the joints that follow them, which are not given."""
+    every = dict(positions)
+    following = {joint: joint.mimic for joint in model.joints if joint.mimic and joint.name not in every}
+    while ready := {joint: mimic for joint, mimic in following.items() if mimic.leader in every}:
+        for joint, mimic in ready.items():
+            every[joint.name] = _within(joint, mimic.multiplier * every[mimic.leader] + mimic.offset)
+            del following[joint]
+    return every
 
 
 def body_poses(model: Model, bodies: Sequence[Body]) -> list[Pose]:

@@ -19,7 +19,7 @@ from nrp_core.findings.refusals import SCENE_CHANGES
 from nrp_core.messages.std_msgs import ColorRGBA
 from nrp_core.registry import Registry
 from nrp_core.scene.model import Light, Model, Rgba, Scene
-from nrp_core.scene.posture import start_positions
+from nrp_core.scene.posture import start_positions, with_followers
 from nrp_core.scene.randomization import Draw
 from nrp_core.scene.rigid import JointStates, ModelMotion, Vector
 from nrp_core.simulation import Simulation, guarded
@@ -310,7 +310,7 @@ class World(Overview, Simulation):
     @checks_arguments()
     @change
     def set_joints(self, model: str, positions: Mapping[str, float]) -> None:
-        """Set positions (rad, m) of joints of a model, at rest.
+        """Set positions (rad, m) of joints of a model and of those that follow them, at rest.
 
         Raises:
             SceneError: the joints do not exist, or a position is not finite.
@@ -322,7 +322,7 @@ class World(Overview, Simulation):
                 raise SceneError(f"'{model}' has no joint '{name}' that moves{did_you_mean(name, known)}")
             if not isfinite(position):
                 raise SceneError(f"the joint '{name}' of '{model}' cannot be set to {position}")
-        self.engine.set_joints(model, positions)
+        self.engine.set_joints(model, with_followers(self.scene.model(model), positions))
         self._report_move(model)
 
     # -- colours, lights and gravity

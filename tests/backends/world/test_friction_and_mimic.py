@@ -71,6 +71,20 @@ def test_joints_follow_the_one_they_mimic(open_world, advance):
     assert world.joint_states("hand").positions == pytest.approx([0.03, 0.03, -0.05], abs=2e-4)
 
 
+def test_joints_that_follow_are_set_with_the_one_they_mimic(open_world, advance):
+    """One follows a follower; no momentum of a correction moves them afterwards."""
+    hand = replace(gripper(Mimic("thumb_joint", -1.0, 0.2), Mimic("finger_0_joint", 2.0)), controllers=())
+    world = open_world(Scene((hand,), gravity=(0.0, 0.0, 0.0)))
+    world.set_joints("hand", {"thumb_joint": 0.5})
+    for _ in range(2):
+        states = world.joint_states("hand")
+        assert states.positions == pytest.approx([0.5, -0.3, -0.6], abs=1e-6)
+        assert states.velocities == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
+        advance(world, 0.2)
+    world.set_joints("hand", {"finger_0_joint": 0.1})
+    assert world.joint_states("hand").positions[1:] == pytest.approx([0.1, 0.2], abs=1e-6)
+
+
 def test_a_leader_joint_feels_the_obstacles_of_its_follower(open_world, parts, advance):
     hand = gripper(Mimic("thumb_joint"))
     finger = replace(hand.links[2], collisions=(Collision("tip", Box((0.02, 0.02, 0.02))),))
