@@ -360,7 +360,7 @@ class Switchboard:
                 for part in parts:
                     part.write(name, message if numbers is None else numbers, self._engine.now_ns)
             except BaseException as error:
-                self._fail(name, error)
+                self._owner.fail(f"take a message on {name}", error)  # raises it as one of ours if it is not
                 raise
         elif (subscriptions := self._bus.get(name)) is not None:
             (self._received if subscriptions else self._unreceived).add(name)
@@ -372,26 +372,15 @@ class Switchboard:
         if self.observers:
             self.show(name, message if numbers is None else self._layouts[name].message(numbers))
 
-    def _fail(self, name: str, error: BaseException) -> None:
-        """Mark the owner as failed by an error of a part; raise it as one of ours if it is not."""
-        self._owner.fail(f"take a message on {name}", error)
-
     def deliver_numbers(self, name: str, numbers: Sequence[float]) -> bool:
         """Deliver the finite numbers of a message to the parts of its topic, if any."""
         self._owner.require_ready()
-        if self._held is not None and name in self._layouts:
-            self._held.append((name, None, numbers))
-            return True
-        alone = not self.observers and self._held is None and name in self._layouts
-        parts = self._parts.get(name) if alone else None
-        if parts is None:
+        if name not in self._layouts:
             return False
-        try:
-            for part in parts:
-                part.write(name, numbers, self._engine.now_ns)
-        except BaseException as error:
-            self._fail(name, error)
-            raise
+        if self._held is not None:
+            self._held.append((name, None, numbers))
+        else:
+            self._send(name, None, numbers)
         return True
 
     def effort_group(self, names: Sequence[str]) -> JointGroup | None:
