@@ -310,7 +310,7 @@ class Engine(JointCommands):
 
     @final
     def joint_wrench(self, model: str, joint: str) -> Wrench:
-        """Return the wrench of a joint's child on its parent, at the child link's origin."""
+        """Return the wrench of a joint's child on its parent, at the joint's origin."""
         return self._do_joint_wrench(model, joint)
 
     # -- for drives, controllers and services
@@ -602,7 +602,7 @@ class Engine(JointCommands):
         raise self.lacks("does not report contacts")
 
     def _do_joint_wrench(self, model: str, joint: str) -> Wrench:
-        """Return the wrench of a joint's child on its parent in the last step, at the child link's origin."""
+        """Return the wrench of a joint's child on its parent in the last step, at the joint's origin."""
         raise self.lacks("does not report the forces in joints")
 
     def _do_link_motions(self, model: str, links: tuple[str, ...]) -> LinkMotions:

@@ -36,7 +36,7 @@ class ForceTorque(Sensor):
         joint: the name of the joint.
         frame: the frame of the axes: ``child``, ``parent`` or ``sensor``.
         onto_child: whether it is the force of the parent on the child, or the reverse.
-        pose: the axes of the frame ``sensor`` on the child link.
+        pose: the point on the child link about which torques are, and the axes of the frame ``sensor``.
         torque_noise: the noise of the torque; None for that of all numbers.
     """
 
@@ -79,30 +79,40 @@ class ForceTorque(Sensor):
         """Read ``gazebo_ros_ft_sensor``."""
         name, topic, rate_hz, noise = plugin_sensor(plugin, reading)
         joint = model.joint(plugin.require("jointName"))
-        return joint.child, cls(name, topic, rate_hz, joint.name, noise=noise)
+        placed = next(link.pose for link in model.links if link.name == joint.child).inverse() @ joint.pose
+        return joint.child, cls(name, topic, rate_hz, joint.name, pose=placed, noise=noise)
 
     def part(self, model: Model, link: str, engine: Engine) -> ForceTorquePart:
         return ForceTorquePart(self, model, link, engine)
 
 
 class ForceTorquePart(SensorPart):
-    """Publishes the wrench in a joint, at the origin of its child link."""
+    """Publishes the wrench in a joint at the origin of the sensor, as in Gazebo Sim."""
 
     def __init__(self, sensor: ForceTorque, model: Model, link: str, engine: Engine) -> None:
         super().__init__(sensor, model.name, link, engine)
         self._sensor = sensor
-        parent = next(joint.parent for joint in model.joints if joint.name == sensor.joint)
-        self._parent = parent if any(each.name == parent for each in model.links) else link
+        joint = next(joint for joint in model.joints if joint.name == sensor.joint)
+        poses = {each.name: each.pose for each in model.links}
+        self._parent = joint.parent if joint.parent in poses else link
+        place = poses[link].inverse() @ joint.pose
+        (x, y, z), (i, j, k) = sensor.pose.position, place.position
+        self._lever = x - i, y - j, z - k  # on the child, from the joint
         self.topics = (self._served(sensor.topic, WrenchStamped, f"force and torque in {sensor.joint}"),)
 
     def read(self, topic: str, now_ns: int) -> WrenchStamped:
         model, link = self._place
         wrench = self._engine.joint_wrench(model, self._sensor.joint)
-        along = self._engine.link_motion(model, self._parent if self._sensor.frame == "parent" else link).pose
+        along = child = self._engine.link_motion(model, link).pose
         if self._sensor.frame == "sensor":
-            along = along @ self._sensor.pose
+            along = child @ self._sensor.pose
+        elif self._sensor.frame == "parent":
+            along = self._engine.link_motion(model, self._parent).pose
+        x, y, z = child.rotate(self._lever)
+        (fx, fy, fz), (tx, ty, tz) = wrench.force, wrench.torque
+        about = tx - (y * fz - z * fy), ty - (z * fx - x * fz), tz - (x * fy - y * fx)
         sign = -1.0 if self._sensor.onto_child else 1.0
-        turned = [along.inverse().rotate(vector) for vector in (wrench.force, wrench.torque)]
+        turned = [along.inverse().rotate(vector) for vector in (wrench.force, about)]
         signed = ((sign * x, sign * y, sign * z) for x, y, z in turned)
         force, torque = self._noisy(topic, now_ns, *signed, own=(None, self._sensor.torque_noise))
         return WrenchStamped(self._header(now_ns), WrenchMessage(Vector3(*force), Vector3(*torque)))
