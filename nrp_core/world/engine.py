@@ -9,6 +9,8 @@ from functools import partial
 from math import isfinite
 from typing import TYPE_CHECKING, Any, ClassVar, Final, final
 
+import numpy as np
+
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.errors import DivergedError
 from nrp_core.findings import Findings
@@ -256,9 +258,11 @@ class Engine(JointCommands):
 
     @classmethod
     def read_joints_of(cls, engines: Sequence[Any], model: str, rows: FloatArray) -> None:
-        """Write :meth:`read_joints` of several engines, shape ``(engines, 3, n)``."""
+        """Write :meth:`read_joints` of several engines, shape ``(engines, 3, n)``; 2: without efforts."""
+        states = np.empty((3, rows.shape[2]))
         for engine, row in zip(engines, rows, strict=True):
-            engine.read_joints(model, row)
+            engine.read_joints(model, states)
+            row[:] = states[: len(row)]
 
     @final
     def render(self, model: str, link: str, camera: str) -> ImageArray:

@@ -449,6 +449,8 @@ class MujocoEngine(JointedEngine):
         positions, dofs = reader.places
         rows[:, 0] = _stacked([engine._positions for engine in engines])[:, positions]
         rows[:, 1] = _stacked([engine._rates for engine in engines])[:, dofs]
+        if rows.shape[1] == 2:
+            return  # without efforts
         efforts = _stacked([engine._state.qfrc_actuator for engine in engines])[:, dofs]
         rows[:, 2] = efforts + _stacked([engine._state.qfrc_applied for engine in engines])[:, dofs]
 

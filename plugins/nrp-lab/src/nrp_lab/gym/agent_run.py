@@ -123,6 +123,8 @@ class AgentRun:
         self._brain_reward = None if agent.reward_to is None else BrainReward(run, agent.reward_to)
         self._start = run.snapshot() if agent.same_noise else None
         self.decided: dict[str, bool | None] = {}
+        judging = agent.reward, agent.terminate, agent.reward_to
+        self._is_judged = bool(run.experiment.criteria) or any(one is not None for one in judging)
         seen = spaces.Dict({name: one.space for name, one in self.observed.items()})
         self.layout = Layout(seen) if agent.flat else None
         self.observation_space: spaces.Space[Any] = self.layout.space if self.layout else seen
@@ -154,6 +156,8 @@ class AgentRun:
         Raises:
             ExperimentError: the reward is not a finite number, or the end neither true nor false.
         """
+        if not self._is_judged:
+            return 0.0, False, now_ns >= self._ends_ns
         reward, terminated = self.rate(self._agent, seen, *self.decide())
         if self._brain_reward is not None:
             self._brain_reward.give(reward)
