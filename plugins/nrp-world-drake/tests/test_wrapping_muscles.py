@@ -7,9 +7,10 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from nrp_world_drake import DrakeBackend
+from nrp_world_drake import DrakeBackend, damping
 
 from nrp_core.errors import CapabilityError
+from nrp_core.findings import Code
 from nrp_core.messages.std_msgs import Float64MultiArray
 from nrp_core.world import World, read_scene
 
@@ -123,6 +124,21 @@ def test_a_chain_with_limits_friction_and_a_coupling_moves_as_in_mujoco_alone(tm
         assert [run(k) for k in range(len(rows) // 2, len(rows))] == positions[len(rows) // 2 :]
     assert (wraps >= model.tendon_num).all()
     assert (np.max(positions, axis=0)[:2] > model.jnt_range[:2, 1]).all()
+
+
+@pytest.mark.parametrize("trials", [1, 10])
+def test_a_step_whose_damping_is_not_found_is_reported_once(
+    trials: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A chain that muscles press against a wall needs a few trials in some steps."""
+    monkeypatch.setattr(damping, "MOST_TRIALS", trials)
+    wall = '<worldbody><geom type="box" size=".01 .1 .1" pos="-.04 0 .65"/>'
+    tip = '<geom size=".01" pos="0 0 -.05" mass="0"/><site name="e"'
+    text = CHAIN.replace("<worldbody>", wall).replace('<site name="e"', tip)
+    with opened(tmp_path, text) as world:
+        world.advertise("/base/muscles/cmd").publish(Float64MultiArray(data=[0.2, 1.0, 1.0, 0.6]))
+        world.run_until(300_000_000)
+        assert [each.code for each in world.warnings] == [Code.NRP277] * (trials == 1)
 
 
 def test_a_muscle_from_a_free_base_to_the_world_is_refused_by_its_name(tmp_path: Path) -> None:

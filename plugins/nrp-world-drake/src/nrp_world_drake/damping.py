@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nrp_core.scene.merged_bodies import tree_of
-from nrp_core.world import FloatArray, Model
+from nrp_core.world import Code, Findings, FloatArray, Model
 from nrp_core.world.engine_kit.elimination import solve
 from nrp_core.world.engine_kit.soft_constraints import SoftConstraints
 from nrp_world_drake.build import Built, JointPath
@@ -25,10 +25,16 @@ from nrp_world_drake.motion import Running
 
 _BASE = 6
 SHARE = 0.6
-"""The damping added to a joint, as a share of the sum of its row of the damping matrix."""
+"""The damping added to a joint, as a share of the sum of its row; trials need half, and more slows them."""
 TOLERANCE = 1e-4
-"""The error of the forces of damping after trials, as a share of the largest effort."""
-MOST_TRIALS = 20
+"""The error of the forces of damping after trials, as a share of the largest effort.
+
+It is less than what the contacts of engines differ by; without contacts, the first trial is exact.
+"""
+MOST_TRIALS = 100
+"""MyoSuite's legs on the ground need 22 in a step, 57 at most; its hand with an object needs 6."""
+REMEMBERED = 6
+"""The trials that the next one is made of: with fewer, the legs need more, and 141 if there is one."""
 
 
 class _Damper(NamedTuple):
@@ -113,12 +119,20 @@ class MuscleDamping:
         running: its plant.
         firm: the joints that follow with any load, which need no damper.
         step_s: the physics step, s.
+        warnings: receives a warning if a step is not found.
     """
 
     def __init__(
-        self, models: Sequence[Model], built: Built, running: Running, firm: DrakeFirmJoints, step_s: float
+        self,
+        models: Sequence[Model],
+        built: Built,
+        running: Running,
+        firm: DrakeFirmJoints,
+        step_s: float,
+        warnings: Findings,
     ) -> None:
         self._running, self._firm, self._step_s = running, firm, step_s
+        self._warnings = warnings
         self._trees = [_Tree(model, built, running, step_s) for model in models]
         self._columns = [each for tree in self._trees for each in tree.columns]
         self._dampers = [each for tree in self._trees for each in tree.dampers]
@@ -151,26 +165,57 @@ class MuscleDamping:
             mass = mass + step_s * (between[tree.block] + np.diag(owned[where]))
             right = step_s * (known[where] + self._load[where])
             changes[where] = solve(mass, right[:, None])[:, 0]
-        split, pulls = np.diag(added) - between, running.pulls.copy()
-        tolerance = TOLERANCE * max(abs(known[self._columns]).max(), 1e-12)
-        for _ in range(MOST_TRIALS):
-            correction = split @ changes
-            running.pulls[:] = pulls + correction
-            changes = running.trial() - rates
-            if abs((split @ changes - correction)[self._columns]).max() <= tolerance:
-                break
-        self._expected = rates + changes
+        split = np.diag(added) - between
+        limit = TOLERANCE * max(abs(known[self._columns]).max(), 1e-12)
+        correction, found = self._try(changes, split, running.pulls.copy(), limit)
+        self._expected = rates + found
         for tree in self._trees:
             where = tree.columns
-            moved = inertia[tree.block] @ changes[where] / step_s + (owned + added)[where] * changes[where]
+            moved = inertia[tree.block] @ found[where] / step_s + (owned + added)[where] * found[where]
             self._load[where] = moved - known[where] - correction[where]
+
+    def _try(
+        self, changes: FloatArray, split: FloatArray, pulls: FloatArray, limit: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Try the step until the forces between joints are those of its changes of velocities.
+
+        The next trial has the combination of the last ones whose error is the least (D. G. Anderson,
+        Iterative procedures for nonlinear integral equations, J. ACM 12:547, 1965).
+
+        Args:
+            changes: a guess of the changes, shape ``(v,)``.
+            split: the forces for a change of velocities, shape ``(v, v)``.
+            pulls: the other forces of muscles, shape ``(v,)``.
+            limit: the largest error of a force.
+
+        Returns:
+            The forces between joints and the changes of velocities, each of shape ``(v,)``.
+        """
+        running, tries, errors = self._running, list[FloatArray](), list[FloatArray]()
+        rates = running.state[running.velocities_start :].copy()
+        for _ in range(MOST_TRIALS):
+            forces = split @ changes
+            running.pulls[:] = pulls + forces
+            tries.append(running.trial() - rates)
+            errors.append(tries[-1] - changes)
+            if abs((split @ errors[-1])[self._columns]).max() <= limit:
+                return forces, tries[-1]
+            changes = tries[-1]
+            if len(tries) > 1:
+                del tries[:-REMEMBERED], errors[:-REMEMBERED]
+                shares = np.linalg.lstsq(np.diff(errors, axis=0).T, errors[-1], rcond=1e-10)[0]
+                changes = changes - shares @ np.diff(tries, axis=0)
+        message = f"Drake did not find the damping of muscles in {MOST_TRIALS} trials of a step"
+        self._warnings.add(Code.NRP277, message)
+        return forces, tries[-1]
 
     def _damp(self, between: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Set the dampers of joints; return what is added to them for muscles, and their own damping.
 
-        Trials converge if twice the added damping exceeds that of the muscles, which holds with half of
-        the sums of its rows (P. L. Combettes and V. R. Wajs, Signal recovery by proximal forward-
-        backward splitting, 2005).
+        A trial is a step of proximal forward-backward splitting, so that trials converge if twice the added
+        damping exceeds that of the muscles (P. L. Combettes and V. R. Wajs, Signal recovery by proximal
+        forward-backward splitting, Multiscale Model. Simul. 4:1168, 2005). Half of the sums of its rows does,
+        by Gershgorin's theorem.
         """
         added, owned = np.zeros(len(between)), np.zeros(len(between))
         enough = np.maximum(between.diagonal(), SHARE * abs(between).sum(axis=1))

@@ -68,7 +68,7 @@ class DrakeEngine(JointedEngine):
             name: JointReader(self._running, joints) for name, joints in self._built.joints.items()
         }
         self._control = Control(self._built, self._running, scene, self._joints, step_s)
-        self._muscles = Muscles(scene, self._built, self._running, self._control.firm, step_s)
+        self._muscles = Muscles(scene, self._built, self._running, self._control.firm, step_s, self.warnings)
         self._restored: tuple[dict[str, FloatArray], list[Touch], dict[tuple[str, str], Wrench]] | None = None
         self._survey(scene)
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from nrp_core.scene.merged_bodies import body_of
 from nrp_core.scene.rigid import Vector
-from nrp_core.world import WORLD, FloatArray, Model, Pose, Scene, ViaPoint, muscles_of
+from nrp_core.world import WORLD, Findings, FloatArray, Model, Pose, Scene, ViaPoint, muscles_of
 from nrp_core.world.engine_kit.muscles import (
     activation_rate,
     force_length,
@@ -41,10 +41,17 @@ class Muscles:
         running: its plant.
         firm: the joints that follow with any load, which need no damper.
         step_s: the physics step, s.
+        warnings: receives a warning if a step is not found.
     """
 
     def __init__(
-        self, scene: Scene, built: Built, running: Running, firm: DrakeFirmJoints, step_s: float
+        self,
+        scene: Scene,
+        built: Built,
+        running: Running,
+        firm: DrakeFirmJoints,
+        step_s: float,
+        warnings: Findings,
     ) -> None:
         self._running, self._step_s = running, step_s
         owned = [(model, muscle) for model in scene.models for muscle in muscles_of(model)]
@@ -72,7 +79,7 @@ class Muscles:
         self._places = self._points.copy()
         self._jacobians = np.zeros((len(places), 3, running.plant.num_velocities()))
         models = [model for model in scene.models if muscles_of(model)]
-        self._damping = MuscleDamping(models, built, running, firm, step_s)
+        self._damping = MuscleDamping(models, built, running, firm, step_s, warnings)
         self._controls, self._states = np.zeros(len(owned)), np.zeros((4, len(owned)))
         self._slopes = np.zeros(len(owned))
         self._moments = np.zeros((len(owned), running.plant.num_velocities()))
