@@ -11,11 +11,10 @@ import numpy as np
 from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
 from nrp_core._support.jit import inlined, jit
 from nrp_core._support.quiet import quiet
-from nrp_core._support.small_matrices import product
 from nrp_core.scene.merged_bodies import Body
 from nrp_core.scene.model import Inertial
 from nrp_core.scene.rigid import Pose, Vector
-from nrp_core.world.engine_kit.elimination import solve
+from nrp_core.world.engine_kit.elimination import remove_first
 from nrp_world_pybullet.build import BodyHandle
 from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.motion import motions_of
@@ -65,7 +64,7 @@ class Inertia:
             positions: positions of the joints; not used with ball joints.
         """
         mass = self._matrix(positions) if self._native else self._bodies.find()[0]
-        return self._reduce(mass, np.zeros(len(mass)))[0]
+        return remove_first(self._base, mass, np.zeros(len(mass)))[0]
 
     def dynamics(self, positions: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the inertia, and the efforts with which the joints do not accelerate.
@@ -73,20 +72,10 @@ class Inertia:
         The efforts act against gravity and velocities, N m or N, shape ``(n,)``; a free base accelerates.
         """
         if self._base or not (self._native and self._level):
-            return self._reduce(*self._bodies.find())
+            return remove_first(self._base, *self._bodies.find())
         state = positions.tolist(), velocities.tolist(), [0.0] * len(positions)
         bias = bullet.calculateInverseDynamics(self._multibody, *state, physicsClientId=self._client)
         return self._matrix(positions), np.array(bias)
-
-    def _reduce(self, mass: FloatArray, bias: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Remove the motion of a free base from a mass matrix and the efforts of all coordinates."""
-        n = self._base
-        if not n:
-            return mass, bias
-        moved = solve(mass[:n, :n], np.column_stack((mass[:n, n:], bias[:n])))
-        inertia: FloatArray = mass[n:, n:] - product(mass[n:, :n], moved[:, :-1])
-        rest: FloatArray = bias[n:] - product(mass[n:, :n], moved[:, -1])
-        return inertia, rest
 
     def _matrix(self, positions: FloatArray) -> FloatArray:
         """Return PyBullet's own mass matrix."""

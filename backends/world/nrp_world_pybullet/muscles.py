@@ -17,11 +17,13 @@ from nrp_core.scene.model import Model, Scene
 from nrp_core.scene.rigid import BodyPath, JointStates, Pose
 from nrp_core.world.drives.muscles import Muscle, ViaPoint, muscles_of
 from nrp_core.world.engine_kit.muscles import (
-    activation_rate,
-    force_length,
-    force_velocity,
-    force_velocity_slope,
-    passive_force,
+    ACTIVATION,
+    LENGTH,
+    TENSION,
+    VELOCITY,
+    activate,
+    exert,
+    parameters_of,
 )
 from nrp_core.world.engine_kit.wrapping import WrappingMuscles
 from nrp_world_pybullet.build import BodyHandle, Built
@@ -32,10 +34,6 @@ from nrp_world_pybullet.motion import motions_of
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 MOTION = 13
 """Position, orientation (x, y, z, w), linear and angular velocity of a body's centre of mass."""
-LENGTH, VELOCITY, TENSION, ACTIVATION = range(4)
-_FORCE, _OPTIMAL, _SLACK, _LMIN, _LMAX, _VMAX, _FPMAX, _FVMAX, _RISE, _FALL, _SMOOTH = range(11)
-_PARAMETERS = ("force", "optimal_length", "slack_length", "lmin", "lmax", "vmax", "fpmax", "fvmax",
-               "activation_s", "deactivation_s", "smoothing")  # fmt: skip
 
 
 @jit
@@ -89,37 +87,25 @@ def pull(
     places: FloatArray,
     carriers: IntArray,
     ends: IntArray,
-    parameters: FloatArray,
-    states: FloatArray,
-    slopes: FloatArray,
+    tensions: FloatArray,
     wrenches: FloatArray,
 ) -> None:
-    """Compute tensions of muscles, and the wrenches of those along straight lines on bodies.
+    """Compute the wrenches on bodies of muscles along straight lines.
 
     Args:
         places: of the points, as :func:`locate` computes them.
         carriers: the body of each point, shape ``(k,)``.
         ends: index of the first point of each muscle and after its last, shape ``(n, 2)``.
-        parameters: of each muscle, shape ``(n, 11)``.
-        states: the states of the muscles, shape ``(4, n)``; receives the tensions.
-        slopes: receives the derivatives of the tensions by the velocities, N s/m, shape ``(n,)``.
+        tensions: of the muscles, N, shape ``(n,)``.
         wrenches: receives forces and torques at the frames of the bodies, N and N m, shape ``(b, 6)``.
     """
     wrenches[:] = 0.0
     for n in range(len(ends)):
-        p = parameters[n]
-        relative, fastest = (states[LENGTH, n] - p[_SLACK]) / p[_OPTIMAL], p[_OPTIMAL] * p[_VMAX]
-        rate = states[VELOCITY, n] / fastest
-        active = p[_FORCE] * force_length(relative, p[_LMIN], p[_LMAX]) * states[ACTIVATION, n]
-        tension = active * force_velocity(rate, p[_FVMAX])
-        tension += p[_FORCE] * passive_force(relative, p[_LMAX], p[_FPMAX])
-        slopes[n] = active * force_velocity_slope(rate, p[_FVMAX]) / fastest
-        states[TENSION, n] = tension
         for k in range(ends[n, 0], ends[n, 1] - 1):
             segment = 0.0
             for i in range(3):
                 segment += (places[k + 1, i] - places[k, i]) ** 2
-            share = tension / sqrt(segment) if segment > 0.0 else 0.0
+            share = tensions[n] / sqrt(segment) if segment > 0.0 else 0.0
             for end in range(2):
                 at, sign = k + end, share * (1 - 2 * end)
                 arm, wrench = places[at, 6:], wrenches[carriers[at]]
@@ -189,21 +175,6 @@ def find_moments(
                 moments[n, c] += closing / sqrt(segment) if segment > 0.0 else 0.0
 
 
-@jit
-def activate(controls: FloatArray, parameters: FloatArray, states: FloatArray, step_s: float) -> None:
-    """Advance the activations by a step of Euler's method, as MuJoCo does.
-
-    Args:
-        controls: of the muscles, shape ``(n,)``.
-        parameters: of each muscle, shape ``(n, 11)``.
-        states: the states of the muscles, shape ``(4, n)``.
-        step_s: the step, s.
-    """
-    for n in range(len(controls)):
-        p, now = parameters[n], states[ACTIVATION, n]
-        states[ACTIVATION, n] += step_s * activation_rate(controls[n], now, p[_RISE], p[_FALL], p[_SMOOTH])
-
-
 class Muscles:
     """The muscles of a scene; those that wrap act on joints, all others on bodies.
 
@@ -255,8 +226,7 @@ class Muscles:
         self._points = np.array([point for _, point in places], float).reshape(-1, 3)
         after = np.cumsum([0, *(len(_path(muscle)) for _, muscle in muscles)])
         self._ends = np.stack([after[:-1], after[1:]], axis=1)
-        numbers = [[getattr(muscle, name) for name in _PARAMETERS] for _, muscle in muscles]
-        self._parameters = np.array(numbers, float).reshape(-1, len(_PARAMETERS))
+        self._parameters = parameters_of(muscle for _, muscle in muscles)
         self._motions = np.zeros((last + 1, MOTION))
         self._motions[last, 6] = 1.0
         self._wrenches, self._spots = np.zeros((last + 1, 6)), np.zeros((len(places), 9))
@@ -319,7 +289,8 @@ class Muscles:
             lengths, velocities, moments = muscles.find(*joints.read())
             self._states[LENGTH, numbers], self._states[VELOCITY, numbers] = lengths, velocities
             self._moments[np.ix_(numbers, columns)] = moments
-        pull(places, rows, ends, self._parameters, self._states, self._slopes, self._wrenches)
+        exert(self._parameters, self._states, self._slopes)
+        pull(places, rows, ends, self._states[TENSION], self._wrenches)
         self._pulled = True
 
     def pull_at_world(self, model: str) -> bool:

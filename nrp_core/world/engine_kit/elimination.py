@@ -6,6 +6,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core._support.jit import jit
+from nrp_core._support.small_matrices import product
 
 
 @jit
@@ -32,3 +33,12 @@ def solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
     for i in range(n):
         rows[i, n:] /= rows[i, i]
     return rows[:, n:].copy()
+
+
+def remove_first(n: int, inertia: FloatArray, efforts: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return inertia and efforts of all coordinates but the first ``n``, which accelerate freely."""
+    if not n:
+        return inertia, efforts
+    moved = solve(inertia[:n, :n], np.column_stack((inertia[:n, n:], efforts[:n])))
+    left = inertia[n:, n:] - product(inertia[n:, :n], moved[:, :-1])
+    return left, efforts[n:] - product(inertia[n:, :n], moved[:, -1])

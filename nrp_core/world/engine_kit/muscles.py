@@ -1,11 +1,28 @@
-"""The curves of muscles, for engines that apply wrenches to bodies.
+"""The curves of muscles and their activations, for engines that have no muscles of their own.
 
 The equations are those of MuJoCo (``engine_util_misc.c``), so that a muscle is the same in all engines.
 """
 
 from __future__ import annotations
 
-from nrp_core._support.jit import inlined
+from collections.abc import Iterable
+
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray
+from nrp_core._support.jit import inlined, jit
+from nrp_core.world.drives.muscles import Muscle
+
+LENGTH, VELOCITY, TENSION, ACTIVATION = range(4)
+_FORCE, _OPTIMAL, _SLACK, _LMIN, _LMAX, _VMAX, _FPMAX, _FVMAX, _RISE, _FALL, _SMOOTH = range(11)
+_PARAMETERS = ("force", "optimal_length", "slack_length", "lmin", "lmax", "vmax", "fpmax", "fvmax",
+               "activation_s", "deactivation_s", "smoothing")  # fmt: skip
+
+
+def parameters_of(muscles: Iterable[Muscle]) -> FloatArray:
+    """Return the parameters of muscles for :func:`exert` and :func:`activate`, shape ``(n, 11)``."""
+    numbers = [[getattr(muscle, name) for name in _PARAMETERS] for muscle in muscles]
+    return np.array(numbers, float).reshape(-1, len(_PARAMETERS))
 
 
 @inlined
@@ -74,3 +91,31 @@ def activation_rate(control: float, activation: float, rise: float, fall: float,
     else:
         constant = up if difference > 0.0 else down
     return difference / constant
+
+
+@jit
+def exert(parameters: FloatArray, states: FloatArray, slopes: FloatArray) -> None:
+    """Compute the tensions of muscles.
+
+    Args:
+        parameters: of each muscle, shape ``(n, 11)``.
+        states: the states of the muscles, shape ``(4, n)``; receives the tensions.
+        slopes: receives the derivatives of the tensions by the velocities, N s/m, shape ``(n,)``.
+    """
+    for n in range(len(parameters)):
+        p = parameters[n]
+        relative, fastest = (states[LENGTH, n] - p[_SLACK]) / p[_OPTIMAL], p[_OPTIMAL] * p[_VMAX]
+        rate = states[VELOCITY, n] / fastest
+        active = p[_FORCE] * force_length(relative, p[_LMIN], p[_LMAX]) * states[ACTIVATION, n]
+        tension = active * force_velocity(rate, p[_FVMAX])
+        tension += p[_FORCE] * passive_force(relative, p[_LMAX], p[_FPMAX])
+        slopes[n] = active * force_velocity_slope(rate, p[_FVMAX]) / fastest
+        states[TENSION, n] = tension
+
+
+@jit
+def activate(controls: FloatArray, parameters: FloatArray, states: FloatArray, step_s: float) -> None:
+    """Advance activations by a step of Euler's method, as MuJoCo does; the arrays are those of `exert`."""
+    for n in range(len(controls)):
+        p, now = parameters[n], states[ACTIVATION, n]
+        states[ACTIVATION, n] += step_s * activation_rate(controls[n], now, p[_RISE], p[_FALL], p[_SMOOTH])

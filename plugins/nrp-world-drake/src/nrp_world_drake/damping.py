@@ -17,7 +17,7 @@ import numpy as np
 
 from nrp_core.scene.merged_bodies import tree_of
 from nrp_core.world import Code, Findings, FloatArray, Model
-from nrp_core.world.engine_kit.elimination import solve
+from nrp_core.world.engine_kit.elimination import remove_first, solve
 from nrp_core.world.engine_kit.soft_constraints import SoftConstraints
 from nrp_world_drake.build import Built, JointPath
 from nrp_world_drake.control import DrakeFirmJoints
@@ -87,16 +87,8 @@ class _Tree:
         running.plant.SetPositionsAndVelocities(context, built.start)
         inertia = running.plant.CalcMassMatrix(context)[self.block]
         self._stops = SoftConstraints(
-            self._ways, model, self._reduce(inertia, np.zeros(len(inertia)))[0], step_s
+            self._ways, model, remove_first(self._free, inertia, np.zeros(len(inertia)))[0], step_s
         )
-
-    def _reduce(self, inertia: FloatArray, efforts: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Remove the motion of free bodies."""
-        n = self._free
-        if not n:
-            return inertia, efforts
-        moved = solve(inertia[:n, :n], np.column_stack((inertia[:n, n:], efforts[:n])))
-        return inertia[n:, n:] - inertia[n:, :n] @ moved[:, :-1], efforts[n:] - inertia[n:, :n] @ moved[:, -1]
 
     def stop(
         self, state: FloatArray, rates: FloatArray, inertia: FloatArray, efforts: FloatArray
@@ -105,7 +97,7 @@ class _Tree:
         stopped = np.zeros(len(efforts))
         if self._stops:
             stopped[self._free :] = self._stops.push(
-                state[self._positions], rates[self._free :], *self._reduce(inertia, efforts)
+                state[self._positions], rates[self._free :], *remove_first(self._free, inertia, efforts)
             )
         return stopped
 

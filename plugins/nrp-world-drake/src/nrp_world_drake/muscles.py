@@ -16,11 +16,13 @@ from nrp_core.scene.merged_bodies import body_of
 from nrp_core.scene.rigid import Vector
 from nrp_core.world import WORLD, Findings, FloatArray, Model, Pose, Scene, ViaPoint, muscles_of
 from nrp_core.world.engine_kit.muscles import (
-    activation_rate,
-    force_length,
-    force_velocity,
-    force_velocity_slope,
-    passive_force,
+    ACTIVATION,
+    LENGTH,
+    TENSION,
+    VELOCITY,
+    activate,
+    exert,
+    parameters_of,
 )
 from nrp_core.world.engine_kit.wrapping import WrappingMuscles
 from nrp_world_drake.build import Built
@@ -28,8 +30,6 @@ from nrp_world_drake.control import DrakeFirmJoints
 from nrp_world_drake.damping import MuscleDamping
 from nrp_world_drake.library import tree
 from nrp_world_drake.motion import Running
-
-LENGTH, VELOCITY, TENSION, ACTIVATION = range(4)
 
 
 class Muscles:
@@ -55,11 +55,11 @@ class Muscles:
     ) -> None:
         self._running, self._step_s = running, step_s
         owned = [(model, muscle) for model in scene.models for muscle in muscles_of(model)]
-        self._muscles = [muscle for _, muscle in owned]
+        self._parameters = parameters_of(muscle for _, muscle in owned)
         self._numbers = {(model.name, muscle.name): n for n, (model, muscle) in enumerate(owned)}
         self._groups: dict[tuple[str, tuple[str, ...]], list[int]] = {}
         straight = [(model, muscle) for model, muscle in owned if not muscle.wraps]
-        self._straight = [n for n, muscle in enumerate(self._muscles) if not muscle.wraps]
+        self._straight = [n for n, (_, muscle) in enumerate(owned) if not muscle.wraps]
         self._wrapping = [
             self._wrap(model, built) for model in scene.models if any(m.wraps for m in muscles_of(model))
         ]
@@ -100,7 +100,7 @@ class Muscles:
         )
 
     def __bool__(self) -> bool:
-        return bool(self._muscles)
+        return bool(self._numbers)
 
     # -- steps
 
@@ -110,10 +110,7 @@ class Muscles:
         moments = self._moments
         self._exerted = -(self._states[TENSION] @ moments)
         self._damping.push(self._exerted, moments.T * self._slopes @ moments)
-        for n, muscle in enumerate(self._muscles):
-            rise, fall, smooth = muscle.activation_s, muscle.deactivation_s, muscle.smoothing
-            rate = activation_rate(self._controls[n], self._states[ACTIVATION, n], rise, fall, smooth)
-            self._states[ACTIVATION, n] += self._step_s * rate
+        activate(self._controls, self._parameters, self._states, self._step_s)
 
     def _update(self) -> None:
         """Compute lengths, velocities and tensions, unless they are those of the present state."""
@@ -121,14 +118,7 @@ class Muscles:
         if self._seen is not running.state:
             self._seen = running.state
             self._measure()
-        for n, muscle in enumerate(self._muscles):
-            length, velocity, _, activation = self._states[:, n].tolist()
-            relative = (length - muscle.slack_length) / muscle.optimal_length
-            fastest = muscle.optimal_length * muscle.vmax
-            active = muscle.force * force_length(relative, muscle.lmin, muscle.lmax) * activation
-            self._slopes[n] = active * force_velocity_slope(velocity / fastest, muscle.fvmax) / fastest
-            passive = muscle.force * passive_force(relative, muscle.lmax, muscle.fpmax)
-            self._states[TENSION, n] = active * force_velocity(velocity / fastest, muscle.fvmax) + passive
+        exert(self._parameters, self._states, self._slopes)
 
     def _measure(self) -> None:
         """Compute lengths, velocities, and the derivatives of the lengths by the coordinates."""
