@@ -96,8 +96,6 @@ def _left_out(spec: Any, model: Any, touching: set[int]) -> list[str]:
         asleep = sum(body.sleep == mujoco.mjtSleepPolicy.mjSLEEP_INIT for body in spec.bodies)
         left_out += [f"the sleep of {asleep} bodies at the start"] if asleep else []
     balls = model.jnt_type == mujoco.mjtJoint.mjJNT_BALL
-    if limited := int((balls & (model.jnt_limited != 0)).sum()):
-        left_out.append(f"the limits of {limited} ball joints")
     left_out.extend(not_passed(model))
     left_out.extend(without_field(spec))
     if rushing := np.count_nonzero(model.key_qvel.any(axis=1)):

@@ -176,6 +176,8 @@ class NativeElements:
                 continue
             ball = mujoco.mjtJoint(m.jnt_type[joint]) == mujoco.mjtJoint.mjJNT_BALL
             values |= self._springs(joint, bool(m.jnt_stiffness[joint]) and ball)
+            if ball and m.jnt_limited[joint]:
+                values |= {"limited": "true", "range": _text(m.jnt_range[joint])}
             for numbers, at in ((_JOINT, joint), (_OF_DOF, dof)):
                 for name, (field, usual) in numbers.items():
                     stated = (name in _STOP and m.jnt_limited[joint]) or (

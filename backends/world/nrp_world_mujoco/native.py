@@ -182,6 +182,7 @@ OF_SCENE_JOINT = ("axis", "damping", "frictionloss", "group", "limited", "pos", 
                   "stiffness", "type", "user")  # fmt: skip
 """Attributes that the joint of a scene has, and those that do not act."""
 _OF_JOINT = (*(name for name in attributes_of("joint") if name not in OF_SCENE_JOINT), "damping", "stiffness")
+_LIMITS = ("limited", "range")  # those of a ball joint bound its angle, which a scene does not
 _OF_FREE_JOINT = ("armature", "damping", "frictionloss", "stiffness", *_SOLVER)
 OF_SCENE_GEOM = ("axisangle", "castshadow", "density", "euler", "fitscale", "fromto", "group", "hfield",
                  "mass", "material", "mesh", "pos", "quat", "rgba", "shellinertia", "size", "type", "user",
@@ -251,7 +252,8 @@ class NativeElements:
                 self._set_options(element)
             case "joint":
                 joint = _named(element, "name", parts.joints, "moving joint")
-                _copy(_values(element, _OF_JOINT, "name"), [joint])
+                own = _LIMITS if joint.type == mujoco.mjtJoint.mjJNT_BALL else ()
+                _copy(_values(element, (*_OF_JOINT, *own), "name"), [joint])
             case "freejoint":
                 body, _ = _named(element, "link", parts.links, "link")
                 free = [each for each in body.joints if each.type == mujoco.mjtJoint.mjJNT_FREE]

@@ -52,6 +52,7 @@ def _lacking(model: Model, foreign: Sequence[Native], exact: Sequence[str]) -> I
             "the springs of {} joints, which are ball joints or have springs that are not linear",
         ),
         ("joint", "damping", "the dampers of {} joints that are not linear"),
+        ("joint", "range", "the limits of {} ball joints"),
     ):
         if having := sum(each.tag == tag and is_set(each, name) for each in foreign):
             yield name, f"{what.format(having)} of {of}"

@@ -189,14 +189,6 @@ def test_the_more_slippery_of_a_box_in_mjcf_and_a_floor_in_sdf_decides(
     assert (world.model_motion("box").pose.position[0] > 0.5) == slides
 
 
-def test_limits_of_ball_joints_are_left_out_with_a_warning(tmp_path, golden: Golden):
-    ball = '<joint type="ball" range="0 30" limited="true"/><geom size="0.1"/>'
-    (tmp_path / "arm.xml").write_text(f"<mujoco><worldbody><body>{ball}</body></worldbody></mujoco>")
-    (warning,) = read_scene(tmp_path / "arm.xml").warnings
-    assert "MJCF" in str(warning)
-    golden(str(warning))
-
-
 _SERVO = """<mujoco model="arm">{more}<worldbody><body name="upper" pos="0 0 1">
   <joint name="shoulder" axis="0 1 0" range="-90 90" {joint}/>
   <geom type="sphere" size="0.1" pos="0.3 0 0" mass="1"/></body></worldbody>

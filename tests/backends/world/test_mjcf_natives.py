@@ -553,7 +553,11 @@ def test_bodies_of_a_file_move_as_in_mujoco_alone(tmp_path, where, attribute):
 
 @pytest.mark.parametrize(
     ("where", "attribute", "told"),
-    [("arm", 'gravcomp="0.4"', "gravcomp"), ("ball", 'stiffness="0.5"', "stiffness")],
+    [
+        ("arm", 'gravcomp="0.4"', "gravcomp"),
+        ("ball", 'stiffness="0.5"', "stiffness"),
+        ("ball", 'limited="true" range="0 30"', "range"),
+    ],
 )
 def test_pybullet_reports_unsupported_attributes_of_bodies(tmp_path, where, attribute, told):
     usual = dict.fromkeys(("compiler", "arm", "ball"), "")
@@ -594,6 +598,23 @@ def test_springs_of_any_law_motors_on_any_joint_and_targets_beyond_limits_act_as
         world.run_until(300_000_000)
         assert not {Code.NRP260, Code.NRP299} & {each.code for each in world.warnings}
         np.testing.assert_allclose(world.engine._data.qpos, there.qpos, rtol=0, atol=1e-12)
+
+
+def test_the_angle_of_a_ball_joint_is_bounded_as_in_mujoco_alone(tmp_path):
+    (tmp_path / "arm.xml").write_text(
+        SPRINGS.replace('type="ball"', 'type="ball" limited="true" range="0 15"')
+    )
+    theirs = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
+    there = mujoco.MjData(theirs)
+    there.ctrl = 0.9, 0.6, 0.0
+    mujoco.mj_step(theirs, there, 150)
+    with opened(read_scene(tmp_path / "arm.xml")) as world:
+        for topic, value in (("/arm/turn/cmd", 0.9), ("/ball/lift/cmd", 0.6)):
+            world.advertise(topic).publish(Float64(value))
+        world.run_until(300_000_000)
+        np.testing.assert_allclose(world.engine._data.qpos, there.qpos, rtol=0, atol=1e-12)
+    unbounded = alone(SPRINGS, {"turn": 0.9, "lift": 0.6}, 0.3)["b"]
+    assert abs(there.joint("b").qpos[0] - 1.0 - unbounded) > 1e-3
 
 
 TORUS = """<mujoco><extension><plugin plugin="mujoco.sdf.torus"><instance name="t">

@@ -7,7 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from nrp_core.world import Code, Findings, Model
 from nrp_core.world.engine_kit.mechanisms import is_set, lacking_parts
 
-_NUMBERS = {"gravcomp": "body", "stiffness": "joint", "density": "option", "viscosity": "option"}
+_NUMBERS = {
+    "gravcomp": "body", "stiffness": "joint", "range": "joint", "density": "option", "viscosity": "option",
+}  # fmt: skip
 """Attributes that are effects if they are not 0, and the elements that have them."""
 
 
