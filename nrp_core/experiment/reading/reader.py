@@ -20,7 +20,7 @@ from nrp_core.experiment.model.collector import schema_findings
 from nrp_core.experiment.model.experiment import BrainSection, Experiment, PartMaker, WorldSection
 from nrp_core.experiment.model.section import Place, Section, Tree
 from nrp_core.experiment.reading.find import find_file
-from nrp_core.experiment.reading.yaml_tree import parse_tree, read_tree
+from nrp_core.experiment.reading.yaml_tree import known_tree, read_tree
 from nrp_core.findings import Code, Finding, InvalidExperimentError
 from nrp_core.registry import Registry
 from nrp_core.world.backends import worlds
@@ -285,7 +285,7 @@ def overridden(tree: Tree, override: str) -> Tree:
         if not text.strip():
             _require_optional(tree, keys, place)
             raise place.error(f"there is no value; write '{key.strip()}=null' to remove it")
-        value = parse_tree(text, place)
+        value = known_tree(text, place)
         if value.value is None:
             _require_optional(tree, keys, place)
         _require_event(tree, keys, place)

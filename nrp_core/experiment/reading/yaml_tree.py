@@ -115,13 +115,12 @@ def read_tree(path: Path, what: str = "an experiment") -> Tree:
         raise ExperimentError(found.message, path=path, line=found.line, column=found.column) from error
     except OSError as error:
         raise ExperimentError(f"cannot be read: {error.strerror}", path=path) from error
-    tree = parse_tree(text, Place(path))
+    tree = known_tree(text, Place(path))
     if not isinstance(tree.value, dict):
         raise ExperimentError(f"{what} is a mapping: 'key: value' and so on", path=path, line=1, column=1)
     return tree
 
 
-@lru_cache(512)  # files and overrides are read again for every run of a sweep; a tree does not change
 def parse_tree(text: str, place: Place) -> Tree:
     """Parse YAML text; ``place`` is its file or override.
 
@@ -146,6 +145,10 @@ def parse_tree(text: str, place: Place) -> Tree:
         raise place.error(f"not YAML: {str(error).splitlines()[0]}") from error
     except RecursionError as error:
         raise place.error("nested too deeply") from error
+
+
+known_tree = lru_cache(512)(parse_tree)
+"""Files and overrides are read again for every run of a sweep; users of this tree do not change it."""
 
 
 def _place(place: Place, mark: Any) -> Place:

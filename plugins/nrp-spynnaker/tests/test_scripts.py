@@ -299,7 +299,7 @@ def test_a_network_that_has_ended_does_not_run_again_from_the_start(tmp_path: Pa
         ("p.external_devices.add_poisson_live_rate_control(p.Population(1, cell))", "has no rate"),
         (
             "p.external_devices.activate_live_output_for(p.Population(1, cell), databse_notify_port_num=3)",
-            "unexpected keyword argument 'databse_notify_port_num'; did you mean 'database_notify_port_num'",
+            "no argument 'databse_notify_port_num'; did you mean 'database_notify_port_num'",
         ),
         ("p.external_devices.activate_live_output_for('cells')", "its population is 'cells'; it must be"),
         ("p.Projection(input, input, p.OneToOneConnector(), p.StaticSynapse())", "its source is <built"),
