@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from nrp_lab.gym import make_env
+from nrp_lab.gym import make_env, make_vec
 
 from nrp_core.errors import ExperimentError
 
@@ -65,6 +66,17 @@ def test_a_touch_between_two_steps_is_observed_and_ends_the_episode(
     assert largest > 1
     assert (reward, terminated) == (-1, True), "the criterion is missed in this step"
     assert 0 <= end_s - 0.43 < 0.02 * steps + 1e-9
+
+
+def test_a_copy_without_actions_shows_its_messages_again_when_another_one_is_reset(drop: Path) -> None:
+    name = "all:/ball/touch"
+    with closing(make_vec(drop, num_envs=2, observe=[name], steps=28)) as copies:
+        copies.reset(seed=1)
+        seen = copies.step({})[0][name]
+        again, _ = copies.reset(options={"reset_mask": np.array([True, False])})
+    assert seen.max() > 1
+    assert not again[name][0].any()
+    assert np.array_equal(again[name][1], seen[1])
 
 
 def test_a_topic_without_a_rate_has_no_messages_between_steps(drop: Path) -> None:

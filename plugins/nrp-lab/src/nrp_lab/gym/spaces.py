@@ -18,7 +18,7 @@ from nrp_core.experiment import Run
 from nrp_core.messages.base import find_layout
 from nrp_core.messages.std_msgs import Float64MultiArray
 from nrp_core.recording import numbers_in
-from nrp_core.world import Direction, Drive, TopicInfo
+from nrp_core.world import Direction, Drive, Stamped, TopicInfo
 from nrp_core.world.batch import commanded_elements
 
 _LONGEST_WAIT_STEPS = 500
@@ -159,6 +159,7 @@ class ObservedMessages(ObservedTopic):
             raise ExperimentError(f"the topic '{name}' has no rate; observe it as '{name}', without 'all:'")
         run.world.unsubscribe(self._subscription)
         self._subscription = run.world.subscribe(name, depth=None)
+        self._world, self._last = run.world, (-1, list[Stamped]())
         self._most = ceil(rate_hz * seconds(run.experiment.timestep) * steps)
 
     def learn(self) -> None:
@@ -168,8 +169,11 @@ class ObservedMessages(ObservedTopic):
         self.space = Box(low, high, low.shape, one.low.dtype.type)
 
     def read(self) -> Any:
+        now_ns, taken = self._world.now_ns, self._subscription.take()
+        if taken or now_ns != self._last[0]:  # otherwise it is read again, as when another copy is reset
+            self._last = now_ns, taken
         rows = np.zeros_like(self.space.low)
-        for row, stamped in zip(rows[::-1], self._subscription.take()[::-1], strict=False):
+        for row, stamped in zip(rows[::-1], self._last[1][::-1], strict=False):
             row[...] = values_of(stamped.message)
         return rows if rows.dtype == np.uint8 else rows.clip(self.space.low, self.space.high)
 

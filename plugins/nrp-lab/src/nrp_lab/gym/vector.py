@@ -312,7 +312,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
         over = self._terminated | self._truncated
         require_going(over, self.autoreset_mode)
         beginning, stepped = np.flatnonzero(over).tolist(), np.flatnonzero(~over).tolist()
-        if stepped:
+        if stepped and rows.size:
             Actions.apply_all([self._copies[number].actions for number in stepped], rows[stepped])
         failed = self._advance(stepped)
         self._begin(beginning)
