@@ -102,8 +102,8 @@ class TransferFunction:
         publisher: publishes its return value, once bound; None without a topic.
         runs_users_code: whether :meth:`prepare` and :meth:`complete` run users' code, such as
             ``pre_processing``.
-        origin: equal for functions of the same text with the same values of parameters, which copies call
-            together; by default its module.
+        origin: equal for functions of one file with the same text and the same values of parameters, which
+            copies call together; by default its module.
 
     Raises:
         TransferFunctionError: the function has another form.

@@ -250,7 +250,7 @@ def load_function_file(
     declared = read_parameters(path, FUNCTIONS).parameters if parameters else ()
     given = {name: parameters[name] for name in declared if name in parameters}
     functions = loader(path, parameters=given) if given else loader(path)
-    origin = blake2b(path.read_bytes() + repr(sorted(given.items())).encode()).digest()
+    origin = path.resolve(), blake2b(path.read_bytes() + repr(sorted(given.items())).encode()).digest()
     for function in functions:
         function.origin = origin
     return functions

@@ -255,7 +255,8 @@ def test_none_in_all_copies_is_none_and_parts_of_messages_are_given_to_their_cop
 )
 def test_copies_with_other_parameters_and_other_files_of_equal_functions_are_called_apart(tmp_path, imported):
     text = """
-gain = nrp.parameter("gain", 1.0)
+from beside import scale
+gain = scale * nrp.parameter("gain", 1.0)
 @nrp.Neuron2Robot(nrp.Topic("/out", "std_msgs/Float64"), vectorized=True)
 def out(t):
     return 0 * t + gain
@@ -263,14 +264,18 @@ def out(t):
     (tmp_path / "brain.py").write_text(
         "import nrp_core.pynn as sim\nsim.setup(timestep=1.0)\nsim.Population(1, sim.IF_curr_exp())\n"
     )
-    (tmp_path / "out.py").write_text(imported + text)
+    (tmp_path / "copied").mkdir()
+    for folder, scale in ((tmp_path, 1), (tmp_path / "copied", 5)):
+        (folder / "out.py").write_text(imported + text)
+        (folder / "beside.py").write_text(f"scale = {scale}")
     (tmp_path / "more.py").write_text(imported + text.replace("1.0)", "3.0)"))
     (tmp_path / "gains.yaml").write_text(
         "name: gains\nduration: 1 s\nbrain: {backend: event, model: brain.py}\n"
         "world: {backend: mujoco, scene: empty}\ntopics: {/out: std_msgs/Float64}\n"
         "transfer_functions: [out.py]\n"
     )
-    texts = "seed=1", "function_parameters.gain=2", f"transfer_functions=[{tmp_path}/more.py]"
+    files = [f"transfer_functions=[{tmp_path / file}]" for file in ("more.py", "copied/out.py")]
+    texts = "seed=1", "function_parameters.gain=2", *files
     with ExitStack() as opened:
         runs = [
             opened.enter_context(Run(load_experiment(str(tmp_path / "gains.yaml"), [setting])))
@@ -278,7 +283,7 @@ def out(t):
         ]
         heard = [run.world.subscribe("/out") for run in runs]
         assert opened.enter_context(SideBySide()).step([run.loop for run in runs]) == {}
-        assert [topic.latest.message.data for topic in heard] == [1.0, 2.0, 3.0]
+        assert [topic.latest.message.data for topic in heard] == [1.0, 2.0, 3.0, 5.0]
 
 
 def test_further_calls_are_not_made_after_one_that_fails_in_quarantine():
