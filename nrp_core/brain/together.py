@@ -44,7 +44,9 @@ class _Row:
         self.places = [port.place for port in self.trains]
         self.membranes = [port.filtering for port in self.filters]
         self.counts = [address(port.counted) for port in self.counters if port.counted is not None]
-        self.shape = brain.network.size, len(self.places), len(self.membranes), len(self.counts)
+        self.engines = brain._engines()
+        lengths = len(self.places), len(self.membranes), len(self.counts)
+        self.shape = type(brain), type(self.engines), brain.network.size, *lengths
 
 
 class BrainBatch:
@@ -53,7 +55,7 @@ class BrainBatch:
     def __init__(self) -> None:
         self._rows: dict[Brain, _Row] = {}
         self._table: tuple[tuple[_Row, ...], list[IntArray]] = ((), [])
-        self._engines: Engines | None = None
+        self._engines = Engines()
 
     def run_until(self, brains: Sequence[Brain], times_ns: Sequence[int]) -> Failures:
         """Advance each brain to its time; one that fails does not stop the others.
@@ -82,8 +84,8 @@ class BrainBatch:
                 continue
             if row.counters and not all(map(_is_active, row.counters)):
                 continue  # compiled code counts without a look at them
-            shape = shape or (type(brain), row.shape)
-            if shape == (type(brain), row.shape):
+            shape = shape or row.shape
+            if shape == row.shape:
                 found.append(number)
         return found
 
@@ -96,8 +98,7 @@ class BrainBatch:
         return self._table[1]
 
     def _advance(self, brains: Sequence[Brain], times_ns: Sequence[int]) -> Failures:
-        if self._engines is None:
-            self._engines = brains[0]._engines()
+        self._engines = self._rows[brains[0]].engines
         trains, membranes, counters = self._tables(brains)
         since_ms = np.array([brain.now_ns for brain in brains]) / NS_PER_MS
         until_ms = np.array(times_ns) / NS_PER_MS
@@ -120,7 +121,6 @@ class BrainBatch:
         """Deliver the spikes of the sources."""
         from nrp_core.brain.devices import train_kernel  # imported here since it loads a compiler
 
-        assert self._engines is not None
         counts = np.empty(trains.shape, np.int64)
         train_kernel.due_each(trains, since_ms, until_ms, counts)
         for i, k in np.argwhere(counts < 0).tolist():

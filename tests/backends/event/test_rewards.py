@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from nrp_core.brain.interface import Brain
+from nrp_core.brain.together import BrainBatch
 from nrp_core.errors import CapabilityError, NetworkError
 from nrp_core.network.data import Population, Projection
 from nrp_core.network.rewiring import Neuromodulation
@@ -77,6 +78,25 @@ def state_of(brain: Brain) -> list[float]:
         brain.read_weights(wires)[0],
         *(brain.read_synapse_state(wires, name)[0] for name in ("eligibility", "dopamine")),
     ]
+
+
+def test_a_brain_with_rewards_learns_as_alone_beside_brains_of_other_kinds(
+    cells: Maker, connect: Connect, open_brain: Open
+) -> None:
+    driven = [cells(label, "IF_curr_exp", i_offset=5.0) for label in "ab"]
+    wires = connect(
+        "a", "b", 1.0, kind=STDP, plasticity=ADDITIVE, **PAIRS | {"A_plus": 0.01, "A_minus": 0.01}
+    )
+    critic = replace(connect("a", "b", 1.0, label="critic"), receptor="reward", neuromodulation=NEST)
+    others = open_brain(*driven, wires), open_brain(*driven, wires, resolution="1 ms")
+    learning, alone = (open_brain(*driven, wires, critic) for _ in range(2))
+    batch = BrainBatch()
+    for brain in (*others, learning):
+        assert not batch.run_until([brain], [200 * MS])
+    alone.run_until(200 * MS)
+    weights = [brain.read_weights("a-b-excitatory")[0] for brain in (alone, learning, *others)]
+    assert weights[0] == weights[1]
+    assert 0.0 < weights[0] != weights[2] > 0.0
 
 
 @pytest.mark.parametrize("options", MODES, ids=IDS)
