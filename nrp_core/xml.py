@@ -92,6 +92,7 @@ _TAG = re.compile(
     rf"<(?:{VERBATIM}|!--.*?-->|(?P<end>/?)(?P<name>[^\s/>]+)[^\"'>]*(?:{_QUOTED}[^\"'>]*)*>)", re.DOTALL
 )
 _VALUE = re.compile(rf"({_QUOTED})([^\s/>]?)")
+_LAST_END = re.compile(r"</[^<>]*>\s*\Z")
 _PREFIX = re.compile(r"[<\s]([A-Za-z_][\w.-]*):", re.ASCII)
 _DECLARED_PREFIX = re.compile(r"\sxmlns:([^\s=]+)")
 
@@ -351,6 +352,8 @@ def _parse(text: str) -> Any:
     if mended != text:
         return _parse(mended)
     first = (others or errors)[0]
+    if first.type == etree.ErrorTypes.ERR_DOCUMENT_END and (needless := _LAST_END.search(text)):
+        return _parse(text[: needless.start()])  # MuJoCo and Gazebo ignore end tags after the root
     if first.type == etree.ErrorTypes.ERR_RESOURCE_LIMIT:
         reason = (
             f"elements are nested more than {_MAX_DEPTH} deep, or a text is longer than 10 million characters"
@@ -399,6 +402,8 @@ def _elements(nodes: Iterator[Any], text: str, document: Element) -> Element:
         counted = tag.start()
         if tag["end"]:
             above.pop().end_line = line
+            if len(above) == 1:
+                break
             continue
         element = _element(next(nodes), document.path, line, document.kind)
         if len(above) > _MAX_DEPTH:

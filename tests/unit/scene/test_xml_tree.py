@@ -91,6 +91,18 @@ def test_a_byte_outside_the_declared_encoding_is_refused_with_its_line(golden: G
     assert refusal.value.line == 3
 
 
+def test_end_tags_after_the_root_are_ignored_as_in_mujoco_and_gazebo() -> None:
+    root = parse("<a>\n<b/>\n</a>\n </a>\n</b>\n")
+    assert (root.end_line, [child.tag for child in root.children]) == (3, ["b"])
+
+
+@pytest.mark.parametrize("rest", ["<b/>", "<b></b></a>", "x</a>", "</a><b/>", "<!-- </a>", "<![CDATA[</a>"])
+def test_other_content_after_the_root_is_refused(rest: str) -> None:
+    with pytest.raises(SceneError) as refusal:
+        parse(f"<a>\n</a>\n{rest}")
+    assert refusal.value.line == 3
+
+
 COMMENTS = ["<!-- x --->", "<!---->", "<!---- x ---->", "<!-- a -- b -->", "<!--> x -->", "<!-- \x0c -->"]
 
 
