@@ -73,7 +73,7 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
     files = (root, *(included for _, included in _included(root, path.parent)))
     options = (option for file in files for option in file.all("option"))
     cones = [option.attributes["cone"] for option in options if "cone" in option.attributes]
-    writer = _Writer(spec, model, path.stem, "".join(cones[-1:]), files_of(spec, path))
+    writer = _Writer(spec, model, path.stem, "".join(cones[-1:]), files_of(spec, model, path))
     text = "\n".join(writer.lines())
     left_out = _left_out(spec, model, writer.touching)
     if sensors := writer.sensors_left_out:

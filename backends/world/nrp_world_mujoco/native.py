@@ -83,27 +83,30 @@ def let_weigh_nothing(model: Any, bodies: Iterable[tuple[Body, int]]) -> None:
         assert np.isfinite(model.dof_invweight0).all()
 
 
-def files_of(spec: Any, path: Path) -> dict[str, dict[str, str]]:
-    """Return the attributes of the meshes of an MJCF file, by name, without meshes whose file is missing.
+def files_of(spec: Any, model: Any, path: Path) -> dict[str, dict[str, str]]:
+    """Return the attributes of the meshes of an MJCF file, by name.
 
     Args:
         spec: the specification that MuJoCo read.
+        model: its model, which has the corners of meshes of attached models, whose folders are not known.
         path: the file; those of meshes are given relative to it.
     """
     usual = mujoco.MjSpec().add_mesh()
     found = {}
     for mesh in spec.meshes:
         file = Path(spec.meshdir) / (Path(mesh.file).name if spec.strippath else mesh.file)
-        if mesh.file:
-            if not (path.parent / file).is_file():
-                continue
+        changes = {"scale", "refpos", "refquat", "maxhullvert"}
+        if mesh.file and (path.parent / file).is_file():
             values = {"file": str(file)}
         else:
             lists = {"vertex": mesh.uservert, "face": mesh.userface}
+            if mesh.file:
+                lists = dict(zip(lists, _corners(model, model.mesh(mesh.name)), strict=True))
+                changes = {"maxhullvert"}
             values = {
                 name: " ".join(f"{each:.9g}" for each in given) for name, given in lists.items() if len(given)
             }
-        for name in ("scale", "refpos", "refquat", "maxhullvert"):
+        for name in sorted(changes):
             given = getattr(mesh, name)
             if np.any(given != getattr(usual, name)):
                 values[name] = " ".join(f"{number:.17g}" for number in np.ravel(given))
@@ -111,6 +114,17 @@ def files_of(spec: Any, path: Path) -> dict[str, dict[str, str]]:
             values["inertia"] = mesh.inertia.name.rpartition("_")[2].lower()
         found[mesh.name] = values
     return found
+
+
+def _corners(model: Any, mesh: Any) -> tuple[Any, Any]:
+    """Return the corners of a mesh, where its file has them, and their numbers in its triangles, as lists."""
+    turn = np.empty(9)
+    mujoco.mju_quat2Mat(turn, model.mesh_quat[mesh.id])
+    first, face = mesh.vertadr[0], mesh.faceadr[0]
+    corners = (
+        model.mesh_vert[first : first + mesh.vertnum[0]] @ turn.reshape(3, 3).T + model.mesh_pos[mesh.id]
+    )
+    return corners.ravel(), model.mesh_face[face : face + mesh.facenum[0]].ravel()
 
 
 class FileMeshes:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
 from golden import Golden
@@ -65,6 +67,39 @@ def test_files_of_an_attached_model_are_beside_that_model(tmp_path: Path) -> Non
     (tmp_path / "robot.xml").write_text(ATTACHING)
     write_stl(tmp_path / "part" / "assets" / "shell.stl", CORNERS)
     assert read_scene(tmp_path / "robot.xml").warnings == ()
+
+
+def test_a_mesh_of_an_attached_model_touches_as_in_mujoco(tmp_path: Path) -> None:
+    """MuJoCo's hull of it depends on its corners, so they have to be those of the file."""
+    stone = """<mujoco><compiler meshdir="assets"/><asset><mesh name="stone" file="stone.stl"
+      scale="0.2 0.1 0.1" refpos="0.1 0 0.05" refquat="0.8 0 0.6 0"/></asset>
+      <worldbody><body name="b"><freejoint/><geom type="mesh" mesh="stone"/></body></worldbody></mujoco>"""
+    room = """<mujoco><asset><model name="part" file="part/part.xml"/></asset><worldbody>
+      <geom type="plane" size="1 1 1" quat="1 0.02 0.05 0"/>
+      <frame pos="0 0 0.1"><attach model="part" body="b" prefix="p_"/></frame></worldbody></mujoco>"""
+    (tmp_path / "part" / "assets").mkdir(parents=True)
+    (tmp_path / "part" / "part.xml").write_text(stone)
+    (tmp_path / "room.xml").write_text(room)
+    corners = np.random.default_rng(1).normal(size=(80, 3, 3))
+    write_stl(
+        tmp_path / "part" / "assets" / "stone.stl", corners / np.linalg.norm(corners, axis=2)[..., None]
+    )
+    alone = mujoco.MjModel.from_xml_path(str(tmp_path / "room.xml"))
+    backend = worlds().load("mujoco")
+    with backend.open(read_scene(tmp_path / "room.xml"), seed=1, options=backend.options()) as world:
+        there, here = (_touching(model) for model in (alone, world.engine._model))
+    assert len(there) > 2
+    assert here == pytest.approx(there, abs=1e-7)
+
+
+def _touching(model: Any) -> Any:
+    """Return the depths of the contacts at random orientations."""
+    data, draw, found = mujoco.MjData(model), np.random.default_rng(2), []
+    for _ in range(20):
+        data.qpos[3:7] = draw.normal(size=4)
+        mujoco.mj_forward(model, data)
+        found += sorted(data.contact.dist.tolist())
+    return found
 
 
 def test_a_pointer_of_git_lfs_is_not_a_mesh(tmp_path: Path) -> None:
