@@ -32,7 +32,7 @@ _SMALLEST, _LARGEST = 1e-4, 0.9999
 _ROUNDS = 10
 """Rounds in which the search for forces at their bounds changes all wrong ones; later rounds change one."""
 _USUAL = {"solref": "0.02 1", "solimp": "0.9 0.95 0.001 0.5 2"}
-"""The reference and impedance of elements that state none."""
+"""The reference and impedance of elements that state none, or only the first numbers."""
 _SINGLE = ("revolute", "continuous", "prismatic")
 
 
@@ -47,8 +47,9 @@ class Reference(NamedTuple):
     def read(cls, element: Native, suffix: str = "") -> Reference:
         """Read the reference of an element from the attributes with a suffix."""
         values = dict(element.attributes)
-        texts = [values.get(f"{name}{suffix}", usual) for name, usual in _USUAL.items()]
-        solref, solimp = (np.array(text.split(), float) for text in texts)
+        stated = [values.get(f"{name}{suffix}", "").split() for name in _USUAL]
+        usual = (text.split() for text in _USUAL.values())
+        solref, solimp = (np.array(a + b[len(a) :], float) for a, b in zip(stated, usual, strict=True))
         return cls(solref, solimp, float(values.get("margin", 0.0)) if suffix == "limit" else 0.0)
 
     def constants(self, step_s: float) -> tuple[float, float]:

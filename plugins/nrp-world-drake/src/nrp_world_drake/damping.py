@@ -158,9 +158,9 @@ class MuscleDamping:
             right = step_s * (known[where] + self._load[where])
             changes[where] = solve(mass, right[:, None])[:, 0]
         split = np.diag(added) - between
-        limit = TOLERANCE * max(abs(known[self._columns]).max(), 1e-12)
-        correction, found = self._try(changes, split, running.pulls.copy(), limit)
-        self._expected = rates + found
+        limit = TOLERANCE * abs(known[self._columns]).max(initial=1e-12)
+        correction, self._expected = self._try(changes, split, running.pulls.copy(), limit)
+        found = self._expected - rates
         for tree in self._trees:
             where = tree.columns
             moved = inertia[tree.block] @ found[where] / step_s + (owned + added)[where] * found[where]
@@ -181,17 +181,18 @@ class MuscleDamping:
             limit: the largest error of a force.
 
         Returns:
-            The forces between joints and the changes of velocities, each of shape ``(v,)``.
+            The forces between joints and the velocities after the step, each of shape ``(v,)``.
         """
         running, tries, errors = self._running, list[FloatArray](), list[FloatArray]()
         rates = running.state[running.velocities_start :].copy()
         for _ in range(MOST_TRIALS):
             forces = split @ changes
             running.pulls[:] = pulls + forces
-            tries.append(running.trial() - rates)
+            velocities = running.trial()
+            tries.append(velocities - rates)
             errors.append(tries[-1] - changes)
-            if abs((split @ errors[-1])[self._columns]).max() <= limit:
-                return forces, tries[-1]
+            if abs((split @ errors[-1])[self._columns]).max(initial=0.0) <= limit:
+                return forces, velocities
             changes = tries[-1]
             if len(tries) > 1:
                 del tries[:-REMEMBERED], errors[:-REMEMBERED]
@@ -199,7 +200,7 @@ class MuscleDamping:
                 changes = changes - shares @ np.diff(tries, axis=0)
         message = f"Drake did not find the damping of muscles in {MOST_TRIALS} trials of a step"
         self._warnings.add(Code.NRP277, message)
-        return forces, tries[-1]
+        return forces, velocities
 
     def _damp(self, between: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Set the dampers of joints; return what is added to them for muscles, and their own damping.
