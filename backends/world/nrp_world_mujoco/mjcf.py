@@ -304,7 +304,7 @@ class _Writer:
             lower, upper = (m.jnt_range[joint] - zero).tolist() if m.jnt_limited[joint] else (-np.inf, np.inf)
             # the limit of all actuators of a joint together is not that of its servo
             limited = m.jnt_actfrclimited[joint] and joint not in self._shared
-            effort = float(m.jnt_actfrcrange[joint][1]) if limited else np.inf
+            effort = float(abs(m.jnt_actfrcrange[joint]).max()) if limited else np.inf
             effort = min([effort, *(each.force for each in self._actuators if each.joint == joint)])
             yield f"<limit><lower>{lower}</lower><upper>{upper}</upper><effort>{effort}</effort></limit>"
         dof = m.jnt_dofadr[joint]

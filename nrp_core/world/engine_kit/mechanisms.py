@@ -35,12 +35,23 @@ def lacking_parts(model: Model, foreign: Sequence[Native], exact: Sequence[str])
     for (section, tag), count in counts.items():
         which = f"the <{tag}>" if count == 1 else f"the {count} <{tag}>"
         yield tag, f"{which} in <{section}> of '{model.name}'"
+    ranges = [each.attribute("actuatorfrcrange") for each in foreign if each.tag == "joint"]
+    if uneven := sum(_is_uneven(each.split()) for each in ranges if each):
+        what = f"the limits of effort of {uneven} joints of '{model.name}' that differ in the two directions"
+        yield "actuatorfrcrange", what
 
 
 def is_set(element: Native, name: str) -> bool:
     """Return whether an attribute is a number other than 0."""
     try:
         return any(float(number) for number in (element.attribute(name) or "").split())
+    except ValueError:  # the engine that it is for reports that
+        return False
+
+
+def _is_uneven(limits: Sequence[str]) -> bool:
+    try:
+        return sum(map(float, limits)) != 0.0
     except ValueError:  # the engine that it is for reports that
         return False
 

@@ -484,6 +484,20 @@ def test_the_limit_of_a_joint_bounds_its_actuators_together(tmp_path, other):
     assert found["elbow"] == pytest.approx(wanted["elbow"], abs=1e-9)
 
 
+@pytest.mark.parametrize("effort", [-3.0, 3.0])
+def test_a_joint_has_a_limit_of_effort_in_each_direction(tmp_path, effort):
+    joint = 'joint="elbow"'
+    text = PULLED.format(joint='actuatorfrcrange="-5 1"', actuator="", tendon="", target=joint)
+    (tmp_path / "arm.xml").write_text(text)
+    with opened(read_scene(tmp_path / "arm.xml")) as world:
+        world.advertise("/arm/elbow/cmd_effort").publish(Float64(effort))
+        found = ours(world, {}, 0.5)
+    wanted = alone(text, {"pull": effort / 9.0}, 0.5)  # its gain is 9
+    assert found["elbow"] == pytest.approx(wanted["elbow"], abs=1e-9)
+    with opened(read_scene(tmp_path / "arm.xml"), "pybullet") as world:
+        assert "actuatorfrcrange" in [each.subject for each in world.warnings]
+
+
 @pytest.mark.parametrize(("flag", "told"), [('actuation="disable"', 1), ('constraint="disable"', 1), ("", 0)])
 def test_flags_that_are_not_used_are_reported(tmp_path, flag, told):
     text = PULLED.format(joint="", actuator="", tendon="", target='joint="elbow"')
