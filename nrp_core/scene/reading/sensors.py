@@ -146,7 +146,8 @@ def topic_of(sensor: Element, default: str, tags: Mapping[str, str], reading: Re
 
 def plugin_topic(plugin: Element, tag: str, default: str) -> str:
     """Return the topic in a parameter or remapping of a ROS plugin, else a default."""
-    return join(ros_namespace(plugin), plugin.word(tag) or output_of(plugin) or default)
+    named = plugin.word(tag)  # which ROS 2 ignores
+    return join(ros_namespace(plugin), output_of(plugin) or named or default)
 
 
 def output_of(plugin: Element) -> str:

@@ -21,7 +21,7 @@ from nrp_core.messages.std_msgs import Bool, Header
 from nrp_core.scene.devices import ANY_CAMERA, LATER, View, set_fields
 from nrp_core.scene.model import Model
 from nrp_core.scene.reading.context import Element, Reading
-from nrp_core.scene.reading.plugins import plugin_name, ros_namespace, warn_of_plugin
+from nrp_core.scene.reading.plugins import plugin_name, remapped_topic, ros_namespace, warn_of_plugin
 from nrp_core.scene.reading.sensors import Mount, bit_mask, field_of_view, noise_of, rate_of
 from nrp_core.scene.rigid import Pose
 from nrp_core.world.engine import Engine
@@ -376,16 +376,20 @@ def _topics(sensor: Element, mount: Mount, reading: Reading) -> _Topics:
         if kind in (_CAMERA_PLUGIN, _STEREO_PLUGIN, *_DEPTH_PLUGINS):
             camera = plugin.word("cameraName") or plugin.word("camera_name") or name
             eye = _eye_name(sensor) if kind == _STEREO_PLUGIN else ""
-            base = join(ros_namespace(plugin), camera, eye).rstrip("/")
-            image = join(base, plugin.word("imageTopicName", "image_raw"))
-            info = join(base, plugin.word("cameraInfoTopicName", "camera_info"))
+            named = partial(_topic_of_plugin, plugin, join(camera, eye).rstrip("/"))
+            image, info = named("imageTopicName", "image_raw"), named("cameraInfoTopicName", "camera_info")
             if deep or kind in _DEPTH_PLUGINS:
-                depth = join(base, plugin.word("depthImageTopicName", "depth/image_raw"))
-                points = join(base, plugin.word("pointCloudTopicName", "points"))
+                depth = named("depthImageTopicName", "depth/image_raw")
+                points = named("pointCloudTopicName", "points")
         else:
             warn_of_plugin(plugin, reading)
     further = (resolve_name(each, reading.robot) if each else None for each in (depth, info, points))
     return _Topics(resolve_name(image, reading.robot), *further)
+
+
+def _topic_of_plugin(plugin: Element, base: str, tag: str, usual: str) -> str:
+    """Return a topic of a ROS plugin: in ROS 1 named by a tag, in ROS 2 remapped."""
+    return join(ros_namespace(plugin), remapped_topic(plugin, join(base, plugin.word(tag, usual))))
 
 
 @dataclass(frozen=True, slots=True)

@@ -82,6 +82,8 @@ LAYERS = (
 def test_ros_2_remaps_a_laser(model: ModelReader, golden: Golden) -> None:
     scans = read_laser(model, RAY_PLUGIN.format("<output_type>sensor_msgs/LaserScan</output_type>"))
     assert (scans.topic, scans.points_topic) == ("/bot/seen", None)
+    ignored = "<topicName>no</topicName><output_type>sensor_msgs/LaserScan</output_type>"
+    assert read_laser(model, RAY_PLUGIN.format(ignored)).topic == "/bot/seen"
     points = read_laser(model, RAY_PLUGIN.format(""))  # what the plugin gives where it is not told
     assert (points.topic, points.points_topic) == ("/robot/base/a/scan", "/bot/seen")
     ranger = read_laser(model, RAY_PLUGIN.format("<output_type>sensor_msgs/Range</output_type>"))

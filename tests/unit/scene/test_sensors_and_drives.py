@@ -84,6 +84,19 @@ def test_omitted_settings_of_a_camera_have_the_defaults_of_the_specification(
             "<camera_name>front</camera_name></plugin>",
             "/husky/demo/front/image_raw",
         ),
+        (
+            '<plugin name="p" filename="libgazebo_ros_camera.so"><ros><namespace>/demo</namespace>'
+            "<remapping>front/image_raw:=front/seen</remapping></ros>"
+            "<camera_name>front</camera_name></plugin>",
+            "/demo/front/seen",
+        ),
+        (
+            '<plugin name="p" filename="libgazebo_ros_camera.so"><ros>'
+            "<remapping>/front/camera_info:=/front/color/camera_info</remapping>"
+            "<remapping>/front/image_raw:=/front/color/image_raw</remapping></ros>"
+            "<camera_name>front</camera_name></plugin>",
+            "/front/color/image_raw",
+        ),
     ],
 )
 def test_the_topic_of_a_camera_is_the_plugins_else_its_own(
