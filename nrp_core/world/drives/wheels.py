@@ -84,6 +84,7 @@ class _Dialect:
         torque: the parameter of a wheel's torque limit; None if the plugin has none.
         command, odometry, wheel_speeds: topics; ``{robot}`` represents the name of the robot.
         timeout: ``commandTimeout`` is read for every plugin, though none of Gazebo's has it.
+        acceleration: the parameter of the largest acceleration of a wheel; None if the plugin has none.
         has_legacy_mode: whether ``legacyMode`` selects the joints on the left.
     """
 
@@ -98,6 +99,7 @@ class _Dialect:
     timeout: float = inf
     wheel_speeds: Text | None = None
     is_radius: bool = False
+    acceleration: str | None = None
     has_legacy_mode: bool = False
 
 
@@ -122,6 +124,7 @@ _ROS1 = _Dialect(
     command=("commandTopic", "cmd_vel"),
     odometry=("odometryTopic", "odom"),
     rate=("updateRate", 100.0),
+    acceleration="wheelAcceleration",
     has_legacy_mode=True,
 )
 _ROS1_SKID_STEER = _Dialect(
@@ -143,6 +146,7 @@ _ROS2 = _Dialect(
     command=("command_topic", "cmd_vel"),
     odometry=("odometry_topic", "odom"),
     rate=("update_rate", 100.0),
+    acceleration="max_wheel_acceleration",
 )
 _GZ_SIM = _Dialect(
     left=("left_joint",),
@@ -215,6 +219,7 @@ class WheelDrive(Drive):
         timeout: seconds without a command after which the drive stops; ``inf`` for never.
         rate_hz: rate of odometry and wheel speeds, Hz.
         linear, angular: limits of the commanded velocity of the body.
+        wheel: limits of the speed of a wheel, m/s.
         pose_variances, twist_variances: the diagonals of the covariances in its odometry; empty for zeros.
     """
 
@@ -233,6 +238,7 @@ class WheelDrive(Drive):
     wheel_speeds_topic: str | None = None
     linear: SpeedLimits = SpeedLimits()
     angular: SpeedLimits = SpeedLimits()
+    wheel: SpeedLimits = SpeedLimits()
     pose_variances: tuple[float, ...] = ()
     twist_variances: tuple[float, ...] = ()
 
@@ -249,6 +255,8 @@ class WheelDrive(Drive):
         size = (
             plugin.positive(*dialect.wheel) if dialect.wheel else wheel_diameter_of(plugin, left[-1], model)
         )
+
+        steepest = (plugin.number(dialect.acceleration, 0.0) if dialect.acceleration else 0.0) or inf
 
         def topic(parameter: Text) -> str:
             tag, default = parameter
@@ -270,12 +278,13 @@ class WheelDrive(Drive):
             wheel_speeds_topic=topic(dialect.wheel_speeds) if dialect.wheel_speeds else None,
             linear=_limits_in(plugin, "linear") if dialect is _GZ_SIM else SpeedLimits(),
             angular=_limits_in(plugin, "angular") if dialect is _GZ_SIM else SpeedLimits(),
+            wheel=SpeedLimits(min_acceleration=-steepest, max_acceleration=steepest),
             pose_variances=(variances := _variances_in(plugin)),
             twist_variances=variances,
         )
 
     def part(self, model: Model, engine: Engine) -> WheelDrivePart:
-        if self.linear.ramps or self.angular.ramps:
+        if self.linear.ramps or self.angular.ramps or self.wheel.ramps:
             return RampedDrivePart(self, model, engine)
         is_plain = self.linear == self.angular == SpeedLimits() and not self.pose_variances
         return (WheelDrivePart if is_plain and not self.twist_variances else LimitedDrivePart)(
@@ -406,15 +415,26 @@ class RampedDrivePart(LimitedDrivePart):
     def _approach(self, now_ns: int) -> None:
         if now_ns != self._since_ns:  # of several commands at a time, each begins at the same velocity
             self._before, self._since_ns = self._velocity, now_ns
-        before, wanted, step_ns = self._before, self._wanted, self._engine.step_ns
-        velocity = BodyVelocity(
-            self._limits.linear.toward(before.forward, wanted.forward, seconds(step_ns)),
-            0.0,
-            self._limits.angular.toward(before.turn, wanted.turn, seconds(step_ns)),
-        )
+        wanted, step_ns = self._wanted, self._engine.step_ns
+        velocity = self._toward(wanted, seconds(step_ns))
         self.set_target_velocity(velocity)
         next_ns = None if velocity == wanted else now_ns + step_ns
         self.deadline_ns = min(filter(None, (next_ns, self._stop_ns)), default=None)
+
+    def _toward(self, wanted: BodyVelocity, dt_s: float) -> BodyVelocity:
+        """Return the velocity after a time, s, on the way to one."""
+        before, drive = self._before, self._limits
+        if drive.wheel.ramps:
+            half = drive.separation / 2
+            left, right = (
+                drive.wheel.toward(
+                    before.forward + side * before.turn, wanted.forward + side * wanted.turn, dt_s
+                )
+                for side in (-half, half)
+            )
+            wanted = BodyVelocity((left + right) / 2, 0.0, (right - left) / drive.separation)
+        forward = drive.linear.toward(before.forward, wanted.forward, dt_s)
+        return BodyVelocity(forward, 0.0, drive.angular.toward(before.turn, wanted.turn, dt_s))
 
     def reset(self) -> None:
         super().reset()

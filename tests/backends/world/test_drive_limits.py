@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import inf
 
 import pytest
 
@@ -114,6 +115,22 @@ def test_a_drive_turns_no_faster_than_its_limit(limited, advance) -> None:
     assert world.model_motion("r").angular[2] == pytest.approx(0.5, rel=0.03)
 
 
+def test_each_wheel_accelerates_no_more_than_its_limit(limited, advance) -> None:
+    """In 0.4 s each rim reaches 0.4 m/s with 1 m/s^2; rims of a robot that turns differ by twice that."""
+    world = limited(wheel=SpeedLimits(min_acceleration=-1.0, max_acceleration=1.0))
+    publication = world.advertise("/r/cmd_vel")
+    publication.publish(Twist(Vector3(5.0)))
+    advance(world, 0.4)
+    assert world.model_motion("r").linear[0] == pytest.approx(0.4, abs=0.01)
+    publication.publish(Twist())
+    advance(world, 0.6)
+    assert world.model_motion("r").linear[0] == pytest.approx(0.0, abs=0.01)
+    publication.publish(Twist(Vector3(), Vector3(z=9.0)))
+    advance(world, 0.4)
+    turn = 2 * 0.4 / world.scene.models[1].drives[0].separation
+    assert world.model_motion("r").angular[2] == pytest.approx(turn, rel=0.05)
+
+
 def test_several_commands_at_one_time_do_not_accelerate_more(limited, advance) -> None:
     speeds = []
     for times in (1, 5):
@@ -161,6 +178,34 @@ SDF_ROBOT = """<sdf version="1.9"><model name="r"><link name="base"><inertial><m
 <wheelDiameter>0.2</wheelDiameter>{more}</plugin></model></sdf>"""
 
 
+def ros_robot(folder, file, more):
+    """Return a robot with a plugin of gazebo_ros_pkgs."""
+    sides = {"left": 0.2, "right": -0.2}
+    ends = ("Front", "Rear") if "skid" in file else ("",)
+    names = {f"{side}{end}Joint": y for side, y in sides.items() for end in ends}
+    wheels = "".join(
+        f'<link name="{name}_w"><pose>0 {y} 0 0 0 0</pose><inertial><mass>1</mass></inertial></link>'
+        f'<joint name="{name}" type="revolute"><parent>base</parent><child>{name}_w</child>'
+        "<axis><xyz>0 1 0</xyz></axis></joint>"
+        for name, y in names.items()
+    )
+    joints = "".join(f"<{name}>{name}</{name}>" for name in names)
+    (folder / "r.sdf").write_text(SDF_ROBOT.format(wheels=wheels, file=file, joints=joints, more=more))
+    return read_model(folder / "r.sdf")
+
+
+@pytest.mark.parametrize(
+    ("more", "largest"),
+    [
+        ("", inf),
+        ("<wheelAcceleration>0</wheelAcceleration>", inf),
+        ("<wheelAcceleration>1.8</wheelAcceleration>", 1.8),
+    ],
+)
+def test_the_acceleration_of_wheels_is_read(more, largest, tmp_path) -> None:
+    assert drive(ros_robot(tmp_path, "gazebo_ros_diff_drive", more)).wheel.max_acceleration == largest
+
+
 @pytest.mark.parametrize(
     ("file", "more", "variances"),
     [
@@ -172,19 +217,7 @@ SDF_ROBOT = """<sdf version="1.9"><model name="r"><link name="base"><inertial><m
 def test_drives_of_ros_have_the_usual_covariances_of_their_plugins(
     file, more, variances, open_world, advance, tmp_path
 ) -> None:
-    sides = {"left": 0.2, "right": -0.2}
-    ends = ("Front", "Rear") if "skid" in file else ("",)
-    names = {f"{side}{end}Joint": y for side, y in sides.items() for end in ends}
-    wheels = "".join(
-        f'<link name="{name}_w"><pose>0 {y} 0 0 0 0</pose><inertial><mass>1</mass></inertial></link>'
-        f'<joint name="{name}" type="revolute"><parent>base</parent><child>{name}_w</child>'
-        "<axis><xyz>0 1 0</xyz></axis></joint>"
-        for name, y in names.items()
-    )
-    joints = "".join(f"<{name}>{name}</{name}>" for name in names)
-    (tmp_path / "r.sdf").write_text(SDF_ROBOT.format(wheels=wheels, file=file, joints=joints, more=more))
-    model = read_model(tmp_path / "r.sdf")
-    world = open_world(model)
+    world = open_world(model := ros_robot(tmp_path, file, more))
     odometry = world.subscribe(drive(model).odometry_topic)
     advance(world, 0.1)
     message = odometry.latest.message

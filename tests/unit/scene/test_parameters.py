@@ -86,10 +86,10 @@ def test_other_parameters_of_gazebo_s_drive_are_not_reported(tmp_path: Path, mor
 
 
 def test_parameters_that_act_in_gazebo_alone_are_one_warning_for_a_plugin(tmp_path: Path) -> None:
-    more = "<wheelAcceleration>1.8</wheelAcceleration><updateRate>9</updateRate><slip>0 0.1</slip>"
+    more = "<slipRatio>1.8</slipRatio><updateRate>9</updateRate><slip>0 0.1</slip>"
     (warning,) = _warnings(tmp_path, plugin=_DRIVE.format(more=more))
     assert "cart.sdf:10" in warning
-    assert "the plugin 'gazebo_ros_diff_drive' acts here without <wheelAcceleration> and <slip>" in warning
+    assert "the plugin 'gazebo_ros_diff_drive' acts here without <slipRatio> and <slip>" in warning
 
 
 def test_the_parameters_of_an_unknown_plugin_are_not_reported_beside_it(tmp_path: Path) -> None:
