@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -141,6 +142,21 @@ def test_the_load_of_a_contact_is_known_in_the_next_step(
         world.advertise("/base/muscles/cmd").publish(Float64MultiArray(data=[0.2, 1.0, 1.0, 0.6]))
         world.run_until(500_000_000)
     assert len(taken) < 1.5 * 250
+
+
+def test_a_heavy_model_with_muscles_does_not_disturb_a_light_one(tmp_path: Path) -> None:
+    """The forces of damping are as exact as those of their own model need."""
+    heavy = LEG.format(root="<freejoint/>", back="b").replace('mass="2"', 'mass="2000"')
+    for name, text in (("chain", WALL), ("heavy", heavy.replace('name="base"', 'name="heavy"'))):
+        (tmp_path / f"{name}.xml").write_text(text)
+    scene, other = (read_scene(tmp_path / f"{name}.xml") for name in ("chain", "heavy"))
+    found, backend = [], DrakeBackend()
+    for models in (scene.models, (*scene.models, *other.models)):
+        with backend.open(replace(scene, models=models), seed=1, options=backend.options()) as world:
+            world.advertise("/base/muscles/cmd").publish(Float64MultiArray(data=[0.2, 1.0, 1.0, 0.6]))
+            world.run_until(300_000_000)
+            found.append(world.joint_states("base").positions)
+    np.testing.assert_allclose(*found, atol=1e-9)
 
 
 def test_a_muscle_may_connect_links_that_cannot_move(tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ _BASE = 6
 SHARE = 0.6
 """The damping added to a joint, as a share of the sum of its row; trials need half, and more slows them."""
 TOLERANCE = 1e-4
-"""The error of the forces of damping after trials, as a share of the largest effort.
+"""The error of the forces of damping after trials, as a share of the largest effort in its model.
 
 It is less than what the contacts of engines differ by; without contacts, the first trial is exact.
 """
@@ -126,7 +126,6 @@ class MuscleDamping:
         self._running, self._firm, self._step_s = running, firm, step_s
         self._warnings = warnings
         self._trees = [_Tree(model, built, running, step_s) for model in models]
-        self._columns = [each for tree in self._trees for each in tree.columns]
         self._dampers = [each for tree in self._trees for each in tree.dampers]
         self._load = np.zeros(running.plant.num_velocities())
         self._expected = np.full(len(self._load), np.nan)
@@ -149,17 +148,18 @@ class MuscleDamping:
         running.pulls[:] = efforts + added * rates
         inertia = running.plant.CalcMassMatrix(running.context)
         known, changes = running.efforts(), np.zeros(len(efforts))
+        limits = np.full(len(efforts), np.inf)
         for tree in self._trees:
             where, mass = tree.columns, inertia[tree.block]
             stops = tree.stop(running.state, rates[where], mass, known[where] + self._load[where])
             running.pulls[where] += stops
             known[where] += stops
+            limits[where] = TOLERANCE * abs(known[where]).max(initial=1e-12)
             mass = mass + step_s * (between[tree.block] + np.diag(owned[where]))
             right = step_s * (known[where] + self._load[where])
             changes[where] = solve(mass, right[:, None])[:, 0]
         split = np.diag(added) - between
-        limit = TOLERANCE * abs(known[self._columns]).max(initial=1e-12)
-        correction, self._expected = self._try(changes, split, running.pulls.copy(), limit)
+        correction, self._expected = self._try(changes, split, running.pulls.copy(), limits)
         found = self._expected - rates
         for tree in self._trees:
             where = tree.columns
@@ -167,7 +167,7 @@ class MuscleDamping:
             self._load[where] = moved - known[where] - correction[where]
 
     def _try(
-        self, changes: FloatArray, split: FloatArray, pulls: FloatArray, limit: float
+        self, changes: FloatArray, split: FloatArray, pulls: FloatArray, limits: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Try the step until the forces between joints are those of its changes of velocities.
 
@@ -178,7 +178,7 @@ class MuscleDamping:
             changes: a guess of the changes, shape ``(v,)``.
             split: the forces for a change of velocities, shape ``(v, v)``.
             pulls: the other forces of muscles, shape ``(v,)``.
-            limit: the largest error of a force.
+            limits: the largest errors of the forces, shape ``(v,)``.
 
         Returns:
             The forces between joints and the velocities after the step, each of shape ``(v,)``.
@@ -191,7 +191,7 @@ class MuscleDamping:
             velocities = running.trial()
             tries.append(velocities - rates)
             errors.append(tries[-1] - changes)
-            if abs((split @ errors[-1])[self._columns]).max(initial=0.0) <= limit:
+            if (abs(split @ errors[-1]) <= limits).all():
                 return forces, velocities
             changes = tries[-1]
             if len(tries) > 1:
