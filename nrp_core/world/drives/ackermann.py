@@ -28,6 +28,7 @@ class Ackermann(Drive):
         wheel_base: distance of front and rear axle, m.
         wheel_diameter: diameter of the wheels, m.
         max_steer: limit of the steering angle, rad.
+        max_speed: limit of the speed, m/s.
         steers: whether ``angular.z`` commands the steering angle (as Gazebo's ROS plugin, which steers to the
             other side in reverse) instead of the turn rate.
     """
@@ -44,6 +45,7 @@ class Ackermann(Drive):
     wheel_base: float
     wheel_diameter: float
     max_steer: float = 0.6
+    max_speed: float = inf
     steers: bool = False
     torque: float = inf
     timeout: float = inf
@@ -102,6 +104,7 @@ class Ackermann(Drive):
             dist(*axles),
             2 * collisions["rear_right_joint"][1],
             plugin.positive("max_steer", 0.6),
+            plugin.positive("max_speed", 20.0),
             steers=True,
             timeout=plugin.positive("commandTimeout", inf),
             rate_hz=plugin.positive("update_rate", 100.0),
@@ -142,6 +145,7 @@ def ackermann_velocity(drive: Ackermann, forward: float, turn: float) -> BodyVel
         turn: the steering angle (rad; to the other side in reverse) if the drive ``steers``, else the turn
             rate (rad/s), limited by the steering. A car without speed does not turn.
     """
+    forward = min(max(forward, -drive.max_speed), drive.max_speed)
     if drive.steers:
         angle = min(max(copysign(1.0, forward) * turn, -drive.max_steer), drive.max_steer)
     elif forward:

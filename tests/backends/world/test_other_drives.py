@@ -131,6 +131,12 @@ def test_a_car_that_is_steered_goes_to_the_same_side_in_reverse():
     assert back.turn == there.turn > 0
 
 
+def test_a_car_is_no_faster_than_its_limit_in_both_directions():
+    slow = replace(car(steers=True).drives[0], max_speed=0.4)
+    speeds = [ackermann_velocity(slow, v, 0.3).forward for v in (0.5, 0.3, -0.5)]
+    assert speeds == [0.4, 0.3, -0.4]
+
+
 def test_wheel_angles_meet_in_one_point():
     drive = car().drives[0]
     assert isinstance(drive, Ackermann)

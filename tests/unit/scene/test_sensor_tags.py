@@ -337,17 +337,20 @@ def test_the_car_of_ros_2_has_the_measures_of_its_wheels(model: ModelReader) -> 
         "car", "/robot/cmd_vel",
         ("rear_left_joint", "front_left_joint"), ("rear_right_joint", "front_right_joint"),
         ("left_steering_joint", "right_steering_joint"), separation=1.0, wheel_base=2.0, wheel_diameter=0.6,
-        max_steer=0.6, steers=True,
+        max_steer=0.6, max_speed=20.0, steers=True,
     )  # fmt: skip
 
 
 def test_the_car_of_ros_2_takes_names_and_limits_from_its_tags(model: ModelReader) -> None:
     ros = "<ros><namespace>/lot</namespace><remapping>cmd_vel:=go</remapping></ros>"
     (drive,) = model(
-        ros_car(plugin=f"{ros}<max_steer>0.4</max_steer><publish_odom>true</publish_odom>")
+        ros_car(
+            plugin=f"{ros}<max_steer>0.4</max_steer><max_speed>3</max_speed><publish_odom>true</publish_odom>"
+        )
     ).drives
     assert isinstance(drive, Ackermann)
-    assert (drive.command_topic, drive.odometry_topic, drive.max_steer) == ("/lot/go", "/lot/odom", 0.4)
+    assert (drive.command_topic, drive.odometry_topic) == ("/lot/go", "/lot/odom")
+    assert (drive.max_steer, drive.max_speed) == (0.4, 3.0)
 
 
 @pytest.mark.parametrize(
