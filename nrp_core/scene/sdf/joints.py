@@ -296,7 +296,7 @@ def read_world_joints(
 
 
 def _reversed(row: Row) -> Row:
-    """Return a joint whose child holds the parent, with the same positions."""
+    """Return a joint whose child holds the parent, with the same positions of its axes."""
     return tuple(
         replace(joint, parent=joint.child, child=joint.parent, axis=_negative(joint.axis))
         for joint in reversed(row)

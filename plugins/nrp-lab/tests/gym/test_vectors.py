@@ -293,6 +293,7 @@ def test_episodes_are_truncated_after_the_steps_that_gymnasium_passes_on() -> No
     found, expected = steps("vector_entry_point"), steps("sync")
     assert_equal(found, expected)
     assert [bool(one[3].all()) for one in found[1:]] == [False, False, True, False, False, False]
+    make_vec("slalom_pioneer", num_envs=1, observe=["rate:wheels"], max_episode_steps=-1).close()
     with pytest.raises(ExperimentError, match="max_episode_steps is a whole number from 1 on"):
         make_vec("slalom_pioneer", num_envs=2, observe=["rate:wheels"], max_episode_steps=0)
 

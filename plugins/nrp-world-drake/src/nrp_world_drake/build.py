@@ -19,8 +19,8 @@ from nrp_core.world.engine_kit.firm_joints import FirmJoint, firm_joints
 from nrp_core.world.engine_kit.joint_servo import servoed_joints
 from nrp_core.world.engine_kit.planar_servo import PlanarServo, planar_drives, servo_of
 from nrp_core.world.engine_kit.simulated import simulated_bodies
-from nrp_core.world.engine_kit.soft_constraints import frictions_of, limits_of
-from nrp_world_drake.elements import armatures_of, report_mechanisms
+from nrp_core.world.engine_kit.soft_constraints import armatures_of, frictions_of, limits_of
+from nrp_world_drake.elements import report_mechanisms
 from nrp_world_drake.library import DiagramBuilder, multibody, scalar_first, spatial_inertia, transform, tree
 from nrp_world_drake.shapes import Shapes, parts_of
 
@@ -229,7 +229,7 @@ class _Builder:
                 self._built.warnings.add(Code.NRP264, message, subject=joint.name)
 
         for name, inertia in armatures.items():
-            if name in placed and model.joint(name).takes_commands:
+            if inertia > 0 and name in placed and model.joint(name).takes_commands:
                 path = model.name, name
                 led = self._built.servos.get(path) or self._built.rubbing.get(path)
                 motor = led or self._motor(model.name, name, "armature", np.inf)

@@ -32,9 +32,9 @@ TOLERANCE = 1e-4
 It is less than what the contacts of engines differ by; without contacts, the first trial is exact.
 """
 MOST_TRIALS = 100
-"""MyoSuite's legs on the ground need 22 in a step, 57 at most; its hand with an object needs 6."""
+"""MyoSuite's legs on the ground need tens of trials in a step, its hand with an object a few."""
 REMEMBERED = 6
-"""The trials that the next one is made of: with fewer, the legs need more, and 141 if there is one."""
+"""The trials that the next one is made of: with fewer, more are needed."""
 
 
 class _Damper(NamedTuple):

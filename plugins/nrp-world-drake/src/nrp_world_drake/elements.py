@@ -1,8 +1,8 @@
-"""Elements of MJCF in the file of a model: the inertia of motors, and mechanisms that Drake lacks."""
+"""Elements of MJCF in the file of a model that are mechanisms which Drake lacks."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 from nrp_core.world import Code, Findings, Model
 from nrp_core.world.engine_kit.mechanisms import is_set, lacking_parts
@@ -11,13 +11,6 @@ _NUMBERS = {
     "gravcomp": "body", "stiffness": "joint", "range": "joint", "density": "option", "viscosity": "option",
 }  # fmt: skip
 """Attributes that are effects if they are not 0, and the elements that have them."""
-
-
-def armatures_of(model: Model) -> Mapping[str, float]:
-    """Return the inertia of the motors of a model's joints by their names, kg m^2 or kg."""
-    driven = [each for each in model.native if each.tag == "joint" and is_set(each, "armature")]
-    found = {each.attribute("name") or "": float(each.attribute("armature") or 0) for each in driven}
-    return {name: inertia for name, inertia in found.items() if inertia > 0}
 
 
 def report_mechanisms(model: Model, coupled: Sequence[str], warnings: Findings) -> None:

@@ -187,7 +187,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
             single environment; ``reward`` and ``terminate`` are called for each copy.
         num_envs: number of copies.
         max_episode_steps: number of steps after which an episode is truncated, as Gymnasium passes it on for
-            registered environments; by default only the experiment's end truncates.
+            registered environments; by default, or if it is -1, only the experiment's end truncates.
         autoreset_mode: ``NextStep``, ``SameStep`` or ``Disabled``, as Gymnasium defines them.
         threads: number of threads that advance the copies; 0: one for each processor, if the engine
             allows it.
@@ -226,7 +226,9 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
     ) -> None:
         require_number("num_envs", num_envs, 1)
         require_number("threads", threads, 0)
-        if max_episode_steps is not None:
+        if max_episode_steps == -1:  # Gymnasium's word for no limit
+            max_episode_steps = None
+        elif max_episode_steps is not None:
             require_number("max_episode_steps", max_episode_steps, 1)
         if render_mode is not None:
             raise ExperimentError(
