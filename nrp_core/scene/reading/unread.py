@@ -65,8 +65,9 @@ NOT_SIMULATED: Final = _defaults(
 _SILENT: Final = frozenset(
     {"world/audio", "world/gui", "world/scene", "visual/meta", "light/specular", "heightmap/texture",
      "heightmap/blend", "heightmap/use_terrain_paging", "heightmap/sampling", "link/audio_sink", "sdf/state",
-     "visual/cast_shadows", "collision/max_contacts", "link/maxContacts", "model/allow_auto_disable",
-     "model/disableFixedJointLumping", "joint/disableFixedJointLumping", "joint/preserveFixedJoint"}
+     "visual/cast_shadows", "collision/max_contacts", "link/maxContacts", "model/maxContacts",
+     "model/allow_auto_disable", "model/disableFixedJointLumping", "joint/disableFixedJointLumping",
+     "joint/preserveFixedJoint"}
 )  # fmt: skip
 """Elements for Gazebo's programs and images that nearly all rooms have and that do not affect robots."""
 _FREE: Final = ("plugin", "state")

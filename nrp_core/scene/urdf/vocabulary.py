@@ -6,6 +6,7 @@ stand alone in an element that holds attributes only.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from difflib import get_close_matches
 from typing import Final
@@ -83,6 +84,8 @@ _PARAMETERS: Final = ("mimic", "multiplier", "initial_value", "min", "max")
 """The names of parameters of joints and their interfaces that ros2_control itself has."""
 _HARMLESS: Final = {("collision", "material")}
 """What exporters write in vain: a collision is not seen."""
+_ZEROS: Final = re.compile(r"[-+0.\s]*")
+"""The numbers of ``<origin>`` in another element that say nothing, as exporters write them for axes."""
 _FORMER: Final = "joint_properties"
 """What had the attributes of <dynamics> once."""
 _ALIKE: Final = 0.6
@@ -132,6 +135,8 @@ def _attributes(element: Element, entry: str) -> Iterator[tuple[str, str]]:
             continue
         alone = not children and not attributes & element.attributes.keys()
         message = f"<{element.tag}> has no attribute '{name}': ignored"
+        if _ELSEWHERE.get(name) == "origin" and _ZEROS.fullmatch(element.attributes[name]):
+            continue
         if name in _ELSEWHERE:
             yield f"{message}; it belongs in <{_ELSEWHERE[name]}>", name
         elif alone or _resembles(name, attributes - element.attributes.keys()):

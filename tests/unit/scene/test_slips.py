@@ -86,6 +86,9 @@ _URDF = """<robot name="arm">
         ),
         ('rpy="0 0 0"', 'rpi="0 0 0"', "<origin> has no attribute 'rpi': ignored; did you mean 'rpy'?"),
         ('<axis xyz="0 1 0"/>', '<axis zyx="0 1 0"/>', "<axis> has no attribute 'zyx': ignored"),
+        ('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0" rpy="0 0.0 -0"/>', None),  # as exported
+        ('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0" rpy="0 0 1"/>', "'rpy': ignored; it belongs in <origin>"),
+        ("</robot>", '<gazebo><maxContacts value="64"/></gazebo></robot>', None),
         ("<limit ", "<limits ", "URDF has no <limits> in a <joint>: ignored; did you mean 'limit'?"),
         (
             'damping="0.1"',
