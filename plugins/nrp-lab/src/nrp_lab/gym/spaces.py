@@ -497,7 +497,7 @@ class Layout:
 
     def __init__(self, space: Dict) -> None:
         if not space.spaces:
-            raise ExperimentError("flat=True needs at least one action; without it, the space is no Box")
+            raise ExperimentError("flat=True needs at least one action; without it, the space is not a Box")
         self.space: Box = flatten_space(space)  # type: ignore[assignment]
         self._shapes = {name: one.shape or () for name, one in space.spaces.items()}
         self._places = places_of(space)
